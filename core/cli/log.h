@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Log lines on stderr through spdlog. For executables; libraries return counts instead.
+#pragma once
+
+#include <string>
+
+namespace cornice {
+
+/// level: "error", "warning", "info" or "debug".
+void set_up_log(const std::string& tool, const std::string& level);
+void log_error(const std::string& line);
+void log_warning(const std::string& line);
+void log_info(const std::string& line);
+void log_debug(const std::string& line);
+
+}  // namespace cornice
