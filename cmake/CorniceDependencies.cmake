@@ -37,13 +37,15 @@ set(THREADS_PREFER_PTHREAD_FLAG ON)
 find_package(Threads REQUIRED)
 cornice_find(libtbb-dev TBB)
 cornice_find(libgdal-dev GDAL)
-cornice_find(libopenimageio-dev OpenImageIO)
 cornice_find(libspdlog-dev spdlog)
 cornice_find(nlohmann-json3-dev nlohmann_json)
 cornice_find(libcli11-dev CLI11)
 cornice_find(libyaml-cpp-dev yaml-cpp)
 cornice_find(libeigen3-dev Eigen3)
 cornice_find_library(LASzip::LASzip liblaszip-dev laszip/laszip_api.h laszip_api)
+# Debian's own CMake file of OpenImageIO names folders of packages that it does not depend on.
+cornice_find_library(OpenImageIO::OpenImageIO libopenimageio-dev OpenImageIO/imageio.h OpenImageIO
+                     OpenImageIO_Util)
 cornice_find_library(xxhash::xxhash libxxhash-dev xxhash.h xxhash)
 cornice_find_library(GeographicLib::GeographicLib libgeographiclib-dev GeographicLib/UTMUPS.hpp
                      GeographicLib)
