@@ -2,6 +2,7 @@
 // The errors that end a stage. Imperfect data that a stage can count and go on with is no error.
 #pragma once
 
+#include <exception>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -50,6 +51,13 @@ class RunError : public Error {
  public:
   RunError(std::string subject, std::string problem)
       : Error(ExitCode::kFailed, std::move(subject), std::move(problem)) {}
+};
+
+/// Work was stopped from outside (Progress::cancelled() was true): no error of its own kind. The
+/// executable exits with 128 + the signal's number.
+class Cancelled : public std::exception {
+ public:
+  const char* what() const noexcept override { return "stopped before it was done"; }
 };
 
 }  // namespace cornice

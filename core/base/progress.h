@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <string_view>
 
+#include "core/base/error.h"
+
 namespace cornice {
 
 /// Progress of one step at a time. Implementations must allow advance() from several threads.
@@ -19,6 +21,11 @@ class Progress {
   /// True once the caller wants the work to stop; long loops check it and throw Cancelled.
   virtual bool cancelled() const { return false; }
 };
+
+/// Throws Cancelled where the caller wants the work to stop.
+inline void check_cancelled(const Progress& progress) {
+  if (progress.cancelled()) throw Cancelled();
+}
 
 /// A Progress that does nothing, for defaults.
 inline Progress& no_progress() {
