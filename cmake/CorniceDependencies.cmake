@@ -42,7 +42,7 @@ cornice_find(nlohmann-json3-dev nlohmann_json)
 cornice_find(libcli11-dev CLI11)
 cornice_find(libyaml-cpp-dev yaml-cpp)
 cornice_find(libeigen3-dev Eigen3)
-cornice_find_library(LASzip::LASzip liblaszip-dev laszip/laszip_api.h laszip_api)
+cornice_find_library(LASzip::LASzip liblaszip-dev laszip/laszip_api.h laszip)
 # Debian's own CMake file of OpenImageIO names folders of packages that it does not depend on.
 cornice_find_library(OpenImageIO::OpenImageIO libopenimageio-dev OpenImageIO/imageio.h OpenImageIO
                      OpenImageIO_Util)
