@@ -14,7 +14,7 @@ endmacro()
 # cornice_find_library(TARGET DEBIAN_PACKAGE HEADER LIBRARIES...): for those without a CMake config.
 function(cornice_find_library target debian_package header)
   string(MAKE_C_IDENTIFIER "CORNICE_${target}" prefix)
-  find_path(${prefix}_INCLUDE ${header})
+  find_path(${prefix}_INCLUDE ${header} PATH_SUFFIXES pcl-1.15 pcl-1.14 pcl-1.13 pcl-1.12)
   set(found ${${prefix}_INCLUDE})
   set(libraries "")
   foreach(name IN LISTS ARGN)
@@ -47,8 +47,22 @@ cornice_find_library(LASzip::LASzip liblaszip-dev laszip/laszip_api.h laszip)
 cornice_find_library(OpenImageIO::OpenImageIO libopenimageio-dev OpenImageIO/imageio.h OpenImageIO
                      OpenImageIO_Util)
 cornice_find_library(xxhash::xxhash libxxhash-dev xxhash.h xxhash)
-cornice_find_library(GeographicLib::GeographicLib libgeographiclib-dev GeographicLib/UTMUPS.hpp
-                     GeographicLib)
+# Ubuntu 22.04 still has GeographicLib 1, whose package and library go by a shorter name.
+find_library(CORNICE_GEOGRAPHIC_1 Geographic)
+if(CORNICE_GEOGRAPHIC_1)
+  cornice_find_library(GeographicLib::GeographicLib libgeographic-dev GeographicLib/UTMUPS.hpp
+                       Geographic)
+else()
+  cornice_find_library(GeographicLib::GeographicLib libgeographiclib-dev GeographicLib/UTMUPS.hpp
+                       GeographicLib)
+endif()
+cornice_find_library(flann::flann libflann-dev flann/flann.hpp flann_cpp lz4)
+# PCL's own CMake file looks for VTK and Qt, which nothing here uses; its libraries are named alone.
+cornice_find_library(PCL::filters libpcl-dev pcl/point_cloud.h pcl_filters pcl_features pcl_search
+                     pcl_kdtree pcl_octree pcl_sample_consensus pcl_common)
+if(TARGET PCL::filters)
+  target_link_libraries(PCL::filters INTERFACE Eigen3::Eigen flann::flann)
+endif()
 foreach(version 4 3)
   if(NOT TARGET embree)
     find_package(embree ${version} QUIET)
