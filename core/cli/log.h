@@ -6,7 +6,8 @@
 
 namespace cornice {
 
-/// level: "error", "warning", "info" or "debug".
+/// tool: "cornice-normals", what every line begins with. level: "error", "warning", "info" or
+/// "debug". Lines read "TOOL: warning: TEXT"; those of level info have no level in them.
 void set_up_log(const std::string& tool, const std::string& level);
 void log_error(const std::string& line);
 void log_warning(const std::string& line);

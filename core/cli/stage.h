@@ -1,20 +1,31 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The frame of every executable: common options, log, progress, report, exit code.
+//
+//   int main(int argc, char** argv) {
+//     normals::Options options;
+//     std::filesystem::path tile, output;
+//     cornice::Stage stage;
+//     stage.name = "normals";
+//     stage.description = "Estimates and orients the normals of a tile's points";
+//     stage.options = {cornice::Option("TILE", tile, "LAS, LAZ or COPC
+//     file").positional().required(),
+//                      cornice::output_option(output, "oriented points, .ply")};
+//     stage.add(normals::describe(options), "Normals");
+//     stage.examples = {"cornice-normals tile.laz -o points.ply"};
+//     stage.run = [&](cornice::StageContext& context) { ... };
+//     return cornice::run_stage(argc, argv, std::move(stage));
+//   }
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "core/base/memory.h"
 #include "core/base/progress.h"
-
-namespace CLI {
-class App;
-}
+#include "core/cli/options.h"
+#include "core/cli/report.h"
 
 namespace cornice {
 
@@ -28,45 +39,42 @@ struct CommonOptions {
   std::filesystem::path report;  ///< empty: none
 };
 
-/// The --report file in the making: docs/formats/report.md and docs/report.schema.json.
-/// Thread contract: one thread at a time.
-class Report {
- public:
-  explicit Report(std::string tool);
-  void add_parameter(const std::string& name, nlohmann::json value);
-  /// Records path, size and xxh3 checksum of an input.
-  void add_input(const std::filesystem::path& path);
-  void add_output(const std::filesystem::path& path);
-  void count(const std::string& name, std::uint64_t value);
-  void quality(const std::string& name, nlohmann::json value);
-  /// Also logged at level warning.
-  void warn(const std::string& message);
-  /// Runs body as a named, timed step.
-  void step(const std::string& name, const std::function<void()>& body);
-  /// The whole report, with machine, version, seconds per step and peak memory.
-  nlohmann::json to_json() const;
-
- private:
-  std::string tool_;
-  nlohmann::json data_;
-};
-
 /// What a stage's own code gets.
 struct StageContext {
   const CommonOptions& options;
   Report& report;
   Progress& progress;
+  MemoryBudget& memory;
 };
 
-/// Runs one executable: parses argv with `declare`d options on top of the common ones, sets up log
+/// One executable: what it is called, takes and does.
+struct Stage {
+  std::string name;         ///< "normals": the executable is cornice-normals
+  std::string description;  ///< one sentence without full stop
+  std::vector<Option> options;
+  std::vector<std::string> examples;  ///< whole command lines, two of them
+  std::function<void(StageContext& context)> run;
+
+  /// Appends options under a heading of the help text.
+  void add(std::vector<Option> more, const std::string& group);
+};
+
+/// The option -o/--output, required. run_stage checks it before the stage runs (check_output),
+/// clears what a killed run left of it, and lists it in the report.
+Option output_option(std::filesystem::path& output, const std::string& help);
+
+/// Runs one executable: parses argv with the stage's options on top of the common ones, sets up log
 /// and progress, calls `run`, writes the report, and turns exceptions into one line on stderr
 /// ("cornice-NAME: error: ...") and the exit code of their kind. SIGINT and SIGTERM cancel through
-/// Progress::cancelled() and exit 128+n with no half-written file. Returns the exit code.
-int run_stage(int argc, char** argv, const std::string& name, const std::string& description,
-              const std::function<void(CLI::App& app)>& declare,
-              const std::function<void(StageContext& context)>& run);
+/// Progress::cancelled() and exit 128+n with no half-written file; a stage that does not look at it
+/// for kSignalGraceSeconds is ended, its temporary files removed. Returns the exit code.
+int run_stage(int argc, char** argv, Stage stage);
 
-/// Throws UsageError where `output` exists and overwriting was not asked for.
+/// Slurm sends SIGKILL 30 s after SIGTERM; the end must come before that.
+inline constexpr int kSignalGraceSeconds = 15;
+
+/// Throws UsageError where `output` exists (a folder: with something in it) and overwriting was not
+/// asked for.
 void check_output(const std::filesystem::path& output, const CommonOptions& options);
 
 }  // namespace cornice
