@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// cornice-demo-pictures: a raster as relief, or points seen obliquely, as one PNG.
+#include <algorithm>
+#include <initializer_list>
+#include <optional>
+
+#include "core/base/error.h"
+#include "core/cli/stage.h"
+#include "core/io/flight_lines_file.h"
+#include "core/io/las.h"
+#include "core/io/ply.h"
+#include "samples/demo/oblique.h"
+#include "samples/demo/relief.h"
+
+namespace {
+
+using namespace cornice;
+
+/// Arguments of the program.
+struct Arguments {
+  std::vector<std::filesystem::path> files;
+  std::filesystem::path output;
+  std::string colour = "class";
+  std::filesystem::path flight_lines;
+  demo::ObliqueView view;
+};
+
+bool ends_with(const std::filesystem::path& path, std::initializer_list<const char*> endings) {
+  const std::string name = path.filename().string();
+  return std::any_of(endings.begin(), endings.end(),
+                     [&](const char* ending) { return name.ends_with(ending); });
+}
+
+/// Adds points whose origin is `origin` to those of the first file, whose origin counts.
+void add_position(demo::ColouredPoints& all, const Vec3d& shift, Vec3f position, demo::Rgb colour) {
+  all.positions.push_back(position + shift.cast<float>());
+  all.colours.push_back(colour);
+}
+
+void add_las(const Arguments& arguments, const FlightLines& lines, const LasInfo& info,
+             const StageContext& context, demo::ColouredPoints& all, std::optional<Vec3d>& origin) {
+  LasReadOptions options;
+  options.threads = context.options.threads;
+  options.attributes = Attribute::kClassification | Attribute::kPointSource | Attribute::kGpsTime |
+                       Attribute::kChannel | Attribute::kUserData;
+  const PointCloud points = read_las(info, options, context.progress).points;
+  if (!origin) origin = points.origin;
+  LineFinder finder(lines);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    demo::Rgb colour = demo::class_colour(points.classification[i]);
+    if (arguments.colour == "line") {
+      const auto channel =
+          points.scanner_channel.empty() ? std::uint8_t{0} : points.scanner_channel[i];
+      const auto line = points.gps_time_s.empty()
+                            ? std::nullopt
+                            : finder.find(points.point_source_id[i], channel, points.gps_time_s[i],
+                                          points.user_data[i]);
+      // Grey: a point of no line, such as the virtual points of some products.
+      colour = line ? demo::number_colour(lines.lines[*line].id) : demo::Rgb{170, 170, 170};
+    }
+    add_position(all, points.origin - *origin, points.positions[i], colour);
+  }
+}
+
+void add_ply(const std::filesystem::path& file, demo::ColouredPoints& all,
+             std::optional<Vec3d>& origin) {
+  const OrientedPoints points = read_ply_points(file);
+  if (points.normals.size() != points.positions.size()) {
+    throw InputError(file.string(), "has no normals to colour by");
+  }
+  if (!origin) origin = points.origin;
+  for (std::size_t i = 0; i < points.positions.size(); ++i) {
+    add_position(all, points.origin - *origin, points.positions[i],
+                 demo::normal_colour(points.normals[i]));
+  }
+}
+
+Picture picture_of_points(const Arguments& arguments, const FlightLines& lines,
+                          const StageContext& context) {
+  demo::ColouredPoints all;
+  std::optional<Vec3d> origin;
+  for (const std::filesystem::path& file : arguments.files) {
+    if (ends_with(file, {".ply"})) {
+      add_ply(file, all, origin);
+    } else {
+      add_las(arguments, lines, read_las_info(file), context, all, origin);
+    }
+  }
+  return demo::oblique_picture(all, arguments.view);
+}
+
+Picture picture_of_raster(const Arguments& arguments, const FlightLines& lines) {
+  const Raster raster = read_raster(arguments.files.front());
+  Picture picture = demo::relief_picture(raster);
+  if (lines.lines.empty()) return picture;
+  const int margin_px = picture.width / 8;
+  picture = demo::with_margin(picture, margin_px);
+  demo::draw_trajectories(picture, raster, lines, margin_px);
+  return picture;
+}
+
+void run(const Arguments& arguments, StageContext& context) {
+  FlightLines lines;
+  if (!arguments.flight_lines.empty()) lines = read_flight_lines(arguments.flight_lines);
+  const bool raster = ends_with(arguments.files.front(), {".tif", ".tiff"});
+  if (raster && arguments.files.size() > 1) throw UsageError("FILE", "one raster at a time");
+  if (arguments.colour == "line" && lines.lines.empty()) {
+    throw UsageError("--colour", "\"line\" needs --flightlines");
+  }
+  write_picture(arguments.output, raster ? picture_of_raster(arguments, lines)
+                                         : picture_of_points(arguments, lines, context));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Arguments arguments;
+  demo::ObliqueView& view = arguments.view;
+  Stage stage;
+  stage.name = "demo-pictures";
+  stage.description = "Shows a raster as relief, or points obliquely from above";
+  stage.options = {
+      Option("FILE", arguments.files, "one GeoTIFF, or LAS, LAZ or PLY files of points")
+          .positional()
+          .required(),
+      output_option(arguments.output, "picture, PNG or JPEG"),
+      Option("colour", arguments.colour, "of LAS points; PLY shows its normals")
+          .words({"class", "line"}),
+      Option("flightlines", arguments.flight_lines, "lines that cornice-flightlines wrote"),
+      Option("heading", view.heading_deg, "looked along, from north").range(-360, 360).unit("deg"),
+      Option("tilt", view.tilt_deg, "of the view below the horizon").range(5, 90).unit("deg"),
+      Option("width", view.width_px, "of the picture").range(64, 8192).unit("px")};
+  stage.examples = {"cornice-demo-pictures dem.tif -o relief.png",
+                    "cornice-demo-pictures tiles/*.laz --colour class -o classes.png"};
+  stage.run = [&](StageContext& context) { run(arguments, context); };
+  return run_stage(argc, argv, std::move(stage));
+}

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Splats into a depth buffer; the light is computed from the buffer, so that points need no
+// normals.
+#include "samples/demo/oblique.h"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "core/base/error.h"
+
+namespace cornice::demo {
+namespace {
+
+constexpr float kNothing = std::numeric_limits<float>::infinity();
+constexpr int kMarginPx = 8;
+
+/// Depth along the view in pixels and colour, row by row from the top.
+struct Buffer {
+  int width = 0;
+  int height = 0;
+  std::vector<float> depth;
+  std::vector<Rgb> colour;
+
+  std::size_t index(int x, int y) const { return static_cast<std::size_t>(y) * width + x; }
+  float at(int x, int y) const {
+    return x < 0 || y < 0 || x >= width || y >= height ? kNothing : depth[index(x, y)];
+  }
+};
+
+/// The view's axes: right, up and forward.
+struct Axes {
+  Vec3d right, up, forward;
+};
+
+Axes axes_of(const ObliqueView& view) {
+  const double h = view.heading_deg * std::numbers::pi / 180.0;
+  const double t = view.tilt_deg * std::numbers::pi / 180.0;
+  return {{std::cos(h), -std::sin(h), 0.0},
+          {std::sin(h) * std::sin(t), std::cos(h) * std::sin(t), std::cos(t)},
+          {std::sin(h) * std::cos(t), std::cos(h) * std::cos(t), -std::sin(t)}};
+}
+
+Vec3d seen(const Axes& axes, Vec3f p) {
+  const Vec3d q = p.cast<double>();
+  return {dot(axes.right, q), dot(axes.up, q), dot(axes.forward, q)};
+}
+
+Buffer splat(const ColouredPoints& points, const ObliqueView& view) {
+  const Axes axes = axes_of(view);
+  Box3d box;
+  for (const Vec3f& p : points.positions) box.add(seen(axes, p));
+  const double width_m = std::max(box.max.x - box.min.x, 1e-3);
+  const double height_m = std::max(box.max.y - box.min.y, 1e-3);
+  const double px_per_m = (view.width_px - 2.0 * kMarginPx) / width_m;
+
+  Buffer buffer;
+  buffer.width = view.width_px;
+  buffer.height = static_cast<int>(std::ceil(height_m * px_per_m)) + 2 * kMarginPx;
+  const auto pixels = static_cast<std::size_t>(buffer.width) * buffer.height;
+  buffer.depth.assign(pixels, kNothing);
+  buffer.colour.assign(pixels, Rgb{});
+
+  // Points spread evenly would lie this far apart; a splat reaches a little beyond its neighbour.
+  const double spacing_px =
+      px_per_m * std::sqrt(width_m * height_m / static_cast<double>(points.positions.size()));
+  const int radius = static_cast<int>(std::lround(0.7 * spacing_px));
+  for (std::size_t i = 0; i < points.positions.size(); ++i) {
+    const Vec3d p = seen(axes, points.positions[i]);
+    const int cx = kMarginPx + static_cast<int>((p.x - box.min.x) * px_per_m);
+    const int cy = kMarginPx + static_cast<int>((box.max.y - p.y) * px_per_m);
+    const float depth = static_cast<float>((p.z - box.min.z) * px_per_m);
+    for (int y = std::max(cy - radius, 0); y <= std::min(cy + radius, buffer.height - 1); ++y) {
+      for (int x = std::max(cx - radius, 0); x <= std::min(cx + radius, buffer.width - 1); ++x) {
+        const std::size_t at = buffer.index(x, y);
+        if (depth >= buffer.depth[at]) continue;
+        buffer.depth[at] = depth;
+        buffer.colour[at] = points.colours[i];
+      }
+    }
+  }
+  return buffer;
+}
+
+/// Closes single pixels that no point fell on although most of their neighbours are hit.
+void close_holes(Buffer& buffer) {
+  const Buffer before = buffer;
+  for (int y = 0; y < buffer.height; ++y) {
+    for (int x = 0; x < buffer.width; ++x) {
+      if (before.at(x, y) != kNothing) continue;
+      int hits = 0;
+      float nearest = kNothing;
+      std::size_t from = 0;
+      for (int dy = -1; dy <= 1; ++dy) {
+        for (int dx = -1; dx <= 1; ++dx) {
+          const float depth = before.at(x + dx, y + dy);
+          if (depth == kNothing) continue;
+          ++hits;
+          if (depth < nearest) nearest = depth, from = before.index(x + dx, y + dy);
+        }
+      }
+      if (hits < 5) continue;
+      buffer.depth[buffer.index(x, y)] = nearest;
+      buffer.colour[buffer.index(x, y)] = before.colour[from];
+    }
+  }
+}
+
+/// Mean depth over a window, of what lies on the same surface as its middle.
+float smooth_depth(const Buffer& buffer, int x, int y, int reach) {
+  const float middle = buffer.at(x, y);
+  float sum = 0.0f;
+  int count = 0;
+  for (int dy = -reach; dy <= reach; ++dy) {
+    for (int dx = -reach; dx <= reach; ++dx) {
+      const float depth = buffer.at(x + dx, y + dy);
+      if (depth == kNothing || std::abs(depth - middle) > 6.0f * static_cast<float>(reach))
+        continue;
+      sum += depth;
+      ++count;
+    }
+  }
+  return count > 0 ? sum / static_cast<float>(count) : middle;
+}
+
+/// Lambert's law on the buffer's slope, darkened where nearer things stand beside the pixel.
+float light_at(const Buffer& buffer, const std::vector<float>& smooth, int x, int y) {
+  const float middle = smooth[buffer.index(x, y)];
+  const auto slope = [&](int dx, int dy) {
+    const bool ahead = buffer.at(x + dx, y + dy) != kNothing;
+    const bool behind = buffer.at(x - dx, y - dy) != kNothing;
+    const float a = ahead ? smooth[buffer.index(x + dx, y + dy)] : middle;
+    const float b = behind ? smooth[buffer.index(x - dx, y - dy)] : middle;
+    return (a - b) / (ahead && behind ? 2.0f : 1.0f);
+  };
+  // Screen axes: x right, y down, z towards the eye.
+  const Vec3f normal = normalized(Vec3f{slope(1, 0), slope(0, 1), 1.0f});
+  const Vec3f light = normalized(Vec3f{-0.6f, -0.55f, 0.6f});
+  const float lambert = std::max(0.0f, dot(normal, light));
+  float step = 0.0f;
+  for (int k = 0; k < 8; ++k) {
+    constexpr int kDx[] = {2, 2, 0, -2, -2, -2, 0, 2};
+    constexpr int kDy[] = {0, 2, 2, 2, 0, -2, -2, -2};
+    const float depth = buffer.at(x + kDx[k], y + kDy[k]);
+    if (depth != kNothing) step += std::max(0.0f, middle - depth - 6.0f);
+  }
+  return (0.35f + 0.75f * lambert) * std::exp(-0.004f * step);
+}
+
+}  // namespace
+
+Picture oblique_picture(const ColouredPoints& points, const ObliqueView& view) {
+  if (points.positions.empty()) throw UsageError("FILE", "no points to draw");
+  Buffer buffer = splat(points, view);
+  close_holes(buffer);
+  close_holes(buffer);
+  std::vector<float> smooth(buffer.depth.size(), kNothing);
+  for (int y = 0; y < buffer.height; ++y) {
+    for (int x = 0; x < buffer.width; ++x) {
+      if (buffer.at(x, y) != kNothing) smooth[buffer.index(x, y)] = smooth_depth(buffer, x, y, 1);
+    }
+  }
+  Picture picture{buffer.width, buffer.height, {}};
+  picture.pixels.assign(buffer.depth.size(), Rgb{255, 255, 255});
+  for (int y = 0; y < buffer.height; ++y) {
+    for (int x = 0; x < buffer.width; ++x) {
+      const std::size_t at = buffer.index(x, y);
+      if (buffer.depth[at] == kNothing) continue;
+      picture.pixels[at] = shaded(buffer.colour[at], light_at(buffer, smooth, x, y));
+    }
+  }
+  return picture;
+}
+
+}  // namespace cornice::demo
