@@ -9,7 +9,13 @@
 
 namespace cornice {
 
-enum class Product { kSwissSurface3d, kSwissAlti3d, kLidarHdPoints, kLidarHdRaster };
+enum class Product {
+  kSwissSurface3d,
+  kSwissAlti3d,
+  kLidarHdPoints,
+  kLidarHdRaster,
+  kSwissSurface3dRaster,
+};
 
 /// A file name of a known product, taken apart.
 struct ProductName {
@@ -20,7 +26,11 @@ struct ProductName {
 };
 
 /// Parses a file name without its folder; nothing where it is of no known product.
-/// swissSURFACE3D names give the south-west corner in km, Lidar HD names the north-west corner.
+/// swissSURFACE3D and swissALTI3D names give the south-west corner in km, Lidar HD names the
+/// north-west corner. Letter case does not matter, nor, in Lidar HD names, underscore or dash.
+/// Names of the form "PREFIX_0382_6565_LA93_IGN69_SUFFIX" are Lidar HD tiles whatever their prefix;
+/// where the two numbers do not have the four digits of a tile in km ("77055_627760"), only the CRS
+/// is taken. Numbers outside the country's grid are of no known product.
 std::optional<ProductName> parse_product_name(const std::string& file_name);
 
 /// "swisssurface3d_2019_2746-1234_2056_5728.las.zip" and the like, extension included.
