@@ -14,6 +14,11 @@ namespace {
 
 constexpr float kNothing = std::numeric_limits<float>::infinity();
 constexpr int kMarginPx = 8;
+/// Of depth between neighbouring pixels, above which they show two surfaces.
+constexpr float kStepPx = 12.0f;
+/// Pixels of the buffer per pixel of the picture, either way.
+constexpr int kFiner = 2;
+constexpr int kHolePasses = 4;
 
 /// Depth along the view in pixels and colour, row by row from the top.
 struct Buffer {
@@ -52,11 +57,12 @@ Buffer splat(const ColouredPoints& points, const ObliqueView& view) {
   for (const Vec3f& p : points.positions) box.add(seen(axes, p));
   const double width_m = std::max(box.max.x - box.min.x, 1e-3);
   const double height_m = std::max(box.max.y - box.min.y, 1e-3);
-  const double px_per_m = (view.width_px - 2.0 * kMarginPx) / width_m;
+  const double px_per_m = (kFiner * view.width_px - 2.0 * kMarginPx) / width_m;
 
   Buffer buffer;
-  buffer.width = view.width_px;
+  buffer.width = kFiner * view.width_px;
   buffer.height = static_cast<int>(std::ceil(height_m * px_per_m)) + 2 * kMarginPx;
+  buffer.height += buffer.height % kFiner;
   const auto pixels = static_cast<std::size_t>(buffer.width) * buffer.height;
   buffer.depth.assign(pixels, kNothing);
   buffer.colour.assign(pixels, Rgb{});
@@ -82,24 +88,25 @@ Buffer splat(const ColouredPoints& points, const ObliqueView& view) {
   return buffer;
 }
 
-/// Closes single pixels that no point fell on although most of their neighbours are hit.
+/// Fills pixels that no point fell on, or only one from far behind, although most of their
+/// neighbours show a nearer surface.
 void close_holes(Buffer& buffer) {
   const Buffer before = buffer;
   for (int y = 0; y < buffer.height; ++y) {
     for (int x = 0; x < buffer.width; ++x) {
-      if (before.at(x, y) != kNothing) continue;
-      int hits = 0;
+      const float limit = before.at(x, y) - kStepPx;
+      int nearer = 0;
       float nearest = kNothing;
       std::size_t from = 0;
       for (int dy = -1; dy <= 1; ++dy) {
         for (int dx = -1; dx <= 1; ++dx) {
           const float depth = before.at(x + dx, y + dy);
-          if (depth == kNothing) continue;
-          ++hits;
+          if (depth == kNothing || depth >= limit) continue;
+          ++nearer;
           if (depth < nearest) nearest = depth, from = before.index(x + dx, y + dy);
         }
       }
-      if (hits < 5) continue;
+      if (nearer < 5) continue;
       buffer.depth[buffer.index(x, y)] = nearest;
       buffer.colour[buffer.index(x, y)] = before.colour[from];
     }
@@ -114,8 +121,7 @@ float smooth_depth(const Buffer& buffer, int x, int y, int reach) {
   for (int dy = -reach; dy <= reach; ++dy) {
     for (int dx = -reach; dx <= reach; ++dx) {
       const float depth = buffer.at(x + dx, y + dy);
-      if (depth == kNothing || std::abs(depth - middle) > 6.0f * static_cast<float>(reach))
-        continue;
+      if (depth == kNothing || std::abs(depth - middle) > kStepPx) continue;
       sum += depth;
       ++count;
     }
@@ -139,25 +145,20 @@ float light_at(const Buffer& buffer, const std::vector<float>& smooth, int x, in
   const float lambert = std::max(0.0f, dot(normal, light));
   float step = 0.0f;
   for (int k = 0; k < 8; ++k) {
-    constexpr int kDx[] = {2, 2, 0, -2, -2, -2, 0, 2};
-    constexpr int kDy[] = {0, 2, 2, 2, 0, -2, -2, -2};
+    constexpr int kDx[] = {3, 3, 0, -3, -3, -3, 0, 3};
+    constexpr int kDy[] = {0, 3, 3, 3, 0, -3, -3, -3};
     const float depth = buffer.at(x + kDx[k], y + kDy[k]);
-    if (depth != kNothing) step += std::max(0.0f, middle - depth - 6.0f);
+    if (depth != kNothing) step += std::max(0.0f, middle - depth - kStepPx);
   }
-  return (0.35f + 0.75f * lambert) * std::exp(-0.004f * step);
+  return (0.35f + 0.75f * lambert) * std::exp(-0.002f * step);
 }
 
-}  // namespace
-
-Picture oblique_picture(const ColouredPoints& points, const ObliqueView& view) {
-  if (points.positions.empty()) throw UsageError("FILE", "no points to draw");
-  Buffer buffer = splat(points, view);
-  close_holes(buffer);
-  close_holes(buffer);
+/// The buffer under its light, at full resolution.
+Picture lit(const Buffer& buffer) {
   std::vector<float> smooth(buffer.depth.size(), kNothing);
   for (int y = 0; y < buffer.height; ++y) {
     for (int x = 0; x < buffer.width; ++x) {
-      if (buffer.at(x, y) != kNothing) smooth[buffer.index(x, y)] = smooth_depth(buffer, x, y, 1);
+      if (buffer.at(x, y) != kNothing) smooth[buffer.index(x, y)] = smooth_depth(buffer, x, y, 2);
     }
   }
   Picture picture{buffer.width, buffer.height, {}};
@@ -170,6 +171,37 @@ Picture oblique_picture(const ColouredPoints& points, const ObliqueView& view) {
     }
   }
   return picture;
+}
+
+/// Every pixel the mean of kFiner x kFiner.
+Picture reduced(const Picture& fine) {
+  Picture picture{fine.width / kFiner, fine.height / kFiner, {}};
+  for (int y = 0; y < picture.height; ++y) {
+    for (int x = 0; x < picture.width; ++x) {
+      std::array<int, 3> sum{};
+      for (int k = 0; k < kFiner * kFiner; ++k) {
+        const int fine_y = kFiner * y + k / kFiner;
+        const int fine_x = kFiner * x + k % kFiner;
+        const Rgb& pixel = fine.pixels[static_cast<std::size_t>(fine_y) * fine.width + fine_x];
+        for (std::size_t c = 0; c < 3; ++c) sum[c] += pixel[c];
+      }
+      Rgb mean{};
+      for (std::size_t c = 0; c < 3; ++c) {
+        mean[c] = static_cast<std::uint8_t>(sum[c] / (kFiner * kFiner));
+      }
+      picture.pixels.push_back(mean);
+    }
+  }
+  return picture;
+}
+
+}  // namespace
+
+Picture oblique_picture(const ColouredPoints& points, const ObliqueView& view) {
+  if (points.positions.empty()) throw UsageError("FILE", "no points to draw");
+  Buffer buffer = splat(points, view);
+  for (int pass = 0; pass < kHolePasses; ++pass) close_holes(buffer);
+  return reduced(lit(buffer));
 }
 
 }  // namespace cornice::demo
