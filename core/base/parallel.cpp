@@ -84,8 +84,9 @@ void parallel_for(std::size_t count, std::size_t grain, int threads,
                   const std::function<void(std::size_t begin, std::size_t end)>& body) {
   if (count == 0) return;
   Ranges ranges(count, std::max<std::size_t>(grain, 1), body);
-  const std::size_t workers =
-      std::min(ranges.size(), static_cast<std::size_t>(thread_count(threads)));
+  // More threads than cores gain nothing, and TBB warns of them on stderr.
+  const int useful = std::min(thread_count(threads), cores_of_affinity_mask());
+  const std::size_t workers = std::min(ranges.size(), static_cast<std::size_t>(useful));
   if (workers == 1) {
     ranges.work();
   } else {
