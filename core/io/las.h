@@ -48,7 +48,8 @@ enum class LasContainer { kLas, kLaz, kCopc };
 struct LasInfo {
   std::filesystem::path path;
   LasContainer container = LasContainer::kLas;
-  bool zipped = false;  ///< read from inside a .zip
+  bool zipped = false;     ///< read from inside a .zip
+  std::string zip_member;  ///< its name there
   std::uint64_t file_bytes = 0;
   int version_minor = 2;  ///< of LAS 1.x
   int point_format = 0;   ///< 0-10
@@ -66,12 +67,16 @@ struct LasInfo {
   int creation_day = 0;
   int creation_year = 0;
   std::uint64_t point_data_offset = 0;
+  std::uint64_t point_data_end = 0;  ///< start of the extended records, or the file's end
   std::vector<LasVlr> vlrs;
   std::vector<ExtraByte> extra_bytes;
   std::size_t extra_stride = 0;
   Crs crs;                            ///< may be empty
   std::string crs_source;             ///< "wkt", "geotiff keys", "file name", "option" or empty
   std::vector<std::string> warnings;  ///< defects that do not prevent reading, one line each
+  /// Why not all points can be read (cut short, chunk table missing); empty where they can.
+  /// read_las throws it as InputError unless asked for the readable part.
+  std::string data_problem;
 };
 
 struct LasOpenOptions {
@@ -80,14 +85,16 @@ struct LasOpenOptions {
 
 /// Reads header, VLRs and EVLRs. A `.zip` with one .las or .laz inside is read as it is.
 /// Throws InputError for files that are no LAS, are truncated before their points, or whose header
-/// contradicts itself or the file's size.
+/// contradicts itself; what is wrong with the points themselves is in data_problem.
 LasInfo read_las_info(const std::filesystem::path& path, const LasOpenOptions& options = {});
 
 struct LasReadOptions {
   Attribute attributes = Attribute::kNone;
   std::optional<Box2d> window;  ///< keep only points inside (closed), in the file's CRS
-  std::optional<Vec3d> origin;  ///< of the cloud; default: floor of the header's minimum
-  int threads = 1;              ///< 0: all cores
+  /// Of the cloud. Default: floor of the header's minimum, or of the first point where the header's
+  /// minimum is further than 65,536 units from it, so that float positions keep their precision.
+  std::optional<Vec3d> origin;
+  int threads = 1;  ///< 0: all cores
   /// Gives the points before the place where a file ends early or is corrupt, instead of throwing.
   bool keep_readable_part = false;
 };
@@ -96,7 +103,9 @@ struct LasReadOptions {
 struct LasReadResult {
   PointCloud points;  ///< in file order
   std::uint64_t points_decoded = 0;
-  std::string problem;  ///< why decoding stopped early; empty where the file was whole
+  std::string problem;   ///< why decoding stopped early; empty where the file was whole
+  Box3d decoded_bounds;  ///< of all points decoded, in the file's CRS
+  std::vector<std::string> warnings;  ///< the header's bounds disagree with the points
 };
 
 /// Reads the points of a file, or of a window of it (COPC octree, .lax index or full scan).
@@ -128,21 +137,29 @@ struct LasWriteOptions {
   int creation_day = 1;  ///< fixed unless given, so that the same input gives the same bytes
   int creation_year = 2024;
   Crs crs;                             ///< written as WKT for 1.4, GeoTIFF keys below; may be empty
-  std::vector<ExtraByte> extra_bytes;  ///< layout of PointCloud::extra_bytes
-  std::vector<LasVlr> vlrs;            ///< further records, written as they are
+  std::vector<ExtraByte> extra_bytes;  ///< layout of PointCloud::extra_bytes, in order
+  /// Further records, written as they are. Those that the writer makes itself (CRS where `crs` is
+  /// given, extra bytes, LASzip, COPC) are left out, so that a file's own records can be passed on.
+  std::vector<LasVlr> vlrs;
 };
 
 /// Writes one LAS or LAZ file point by point. The file appears under its name only when close()
-/// returns; destroying an unclosed writer removes what was written.
+/// returns; destroying an unclosed writer removes what was written. One thread at a time.
+/// Fields that the point format does not have are left out: the overlap flag (but class 12) and
+/// the channel in formats 0-5, time, colour and wave packets where the format has none.
 class LasWriter {
  public:
+  /// Throws UsageError for options that no LAS file can have, RunError where the file cannot be
+  /// made.
   LasWriter(std::filesystem::path path, const LasWriteOptions& options);
   ~LasWriter();
   LasWriter(const LasWriter&) = delete;
   LasWriter& operator=(const LasWriter&) = delete;
   /// Appends points. Where `exact` is filled it is stored as it is; otherwise positions are rounded
   /// to scale and offset. Attributes without an array are stored as 0 (return 1 of 1).
-  /// Throws InputError where a coordinate does not fit 32 bits or is not finite.
+  /// Throws InputError where a coordinate is not finite or does not fit 32 bits, and where another
+  /// value does not fit the point format; RunError where the disk is full. After a throw the
+  /// writer can only be destroyed.
   void write(const PointCloud& points);
   void close();
   std::uint64_t points_written() const;
@@ -154,7 +171,9 @@ class LasWriter {
 
 /// Writes a COPC 1.0 file (always LAZ 1.4, format 6, 7 or 8): an octree of nodes, each one LAZ
 /// chunk. Holds all points in memory. The order of the points changes.
+/// order: where given, receives the index in `points` of every point of the file, in file order.
 void write_copc(const std::filesystem::path& path, const PointCloud& points,
-                const LasWriteOptions& options, Progress& progress = no_progress());
+                const LasWriteOptions& options, Progress& progress = no_progress(),
+                std::vector<std::uint64_t>* order = nullptr);
 
 }  // namespace cornice
