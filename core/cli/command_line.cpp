@@ -30,7 +30,8 @@ void declare(CLI::App& app, const std::vector<Option>& options, GivenWords& give
     const Option& option = options[i];
     auto& words = given[i];
     if (option.is_flag()) {
-      app.add_flag_callback(cli11_name(option), [&words] { words.first = true; });
+      app.add_flag_callback(cli11_name(option), [&words] { words.first = true; })
+          ->disable_flag_override();
       continue;
     }
     CLI::Option* declared =
@@ -39,7 +40,7 @@ void declare(CLI::App& app, const std::vector<Option>& options, GivenWords& give
           return true;
         });
     if (option.takes_many()) {
-      declared->expected(1, CLI::detail::expected_max_vector_size);
+      declared->expected(1, CLI::detail::expected_max_vector_size)->allow_extra_args();
     } else {
       declared->expected(1);
     }

@@ -69,33 +69,34 @@ std::string list_text(const std::vector<T>& values, const ToText& to_text) {
   return joined(parts, ",");
 }
 
-/// Every number the field holds, for the range check.
+/// Every number the field holds, for the range check. (Parameters are not const: a variant of plain
+/// pointers would choose the general case instead.)
 std::vector<double> numbers_of(const Option::Field& field) {
   return std::visit(
-      Overload{[](const int* v) { return std::vector<double>{static_cast<double>(*v)}; },
-               [](const std::uint64_t* v) { return std::vector<double>{static_cast<double>(*v)}; },
-               [](const float* v) { return std::vector<double>{static_cast<double>(*v)}; },
-               [](const double* v) { return std::vector<double>{*v}; },
-               [](const std::optional<double>* v) {
+      Overload{[](int* v) { return std::vector<double>{static_cast<double>(*v)}; },
+               [](std::uint64_t* v) { return std::vector<double>{static_cast<double>(*v)}; },
+               [](float* v) { return std::vector<double>{static_cast<double>(*v)}; },
+               [](double* v) { return std::vector<double>{*v}; },
+               [](std::optional<double>* v) {
                  return *v ? std::vector<double>{**v} : std::vector<double>{};
                },
-               [](const std::vector<int>* v) { return std::vector<double>(v->begin(), v->end()); },
-               [](const std::vector<double>* v) { return *v; },
+               [](std::vector<int>* v) { return std::vector<double>(v->begin(), v->end()); },
+               [](std::vector<double>* v) { return *v; },
                [](const auto&) { return std::vector<double>{}; }},
       field);
 }
 
 /// True where no value has been given and none is there by default.
 bool is_unset(const Option::Field& field) {
-  return std::visit(Overload{[](const std::optional<double>* v) { return !v->has_value(); },
-                             [](const std::string* v) { return v->empty(); },
-                             [](const fs::path* v) { return v->empty(); },
-                             [](const std::vector<int>* v) { return v->empty(); },
-                             [](const std::vector<double>* v) { return v->empty(); },
-                             [](const std::vector<std::string>* v) { return v->empty(); },
-                             [](const std::vector<fs::path>* v) { return v->empty(); },
-                             [](const auto&) { return false; }},
-                    field);
+  return std::visit(
+      Overload{[](std::optional<double>* v) { return !v->has_value(); },
+               [](std::string* v) { return v->empty(); }, [](fs::path* v) { return v->empty(); },
+               [](std::vector<int>* v) { return v->empty(); },
+               [](std::vector<double>* v) { return v->empty(); },
+               [](std::vector<std::string>* v) { return v->empty(); },
+               [](std::vector<fs::path>* v) { return v->empty(); },
+               [](const auto&) { return false; }},
+      field);
 }
 
 }  // namespace

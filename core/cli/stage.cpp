@@ -128,7 +128,6 @@ int run_prepared(const std::string& tool, Stage& stage, const CommonOptions& com
     report.add_parameter(option.name(), json_value(option));
   std::optional<Failure> failure;
   try {
-    prepare_outputs(stage.options, common);
     TerminalProgress progress(progress_style(common), signals.cancelled());
     MemoryBudget memory(static_cast<std::uint64_t>(common.memory_gib * 0x1p30));
     StageContext context{common, report, progress, memory};
@@ -177,6 +176,7 @@ int run_checked(int argc, char** argv, const std::string& tool, Stage& stage) {
       break;
   }
   set_up_log(tool, common.log_level);
+  prepare_outputs(stage.options, common);
   const SignalWatch signals(kSignalGraceSeconds, [&] {
     remove_live_partials();
     console_line(tool + ": error: stopped by a signal in a step that could not be interrupted");
