@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The sensor's path along one pass, from the beams that are known to pass through it.
+//
+// Source: D. Gatziolis, R. J. McGaughey, "Reconstructing Aircraft Trajectories from Multi-Return
+// Airborne Laser-Scanning Data", Remote Sensing 11(19), 2019: first and last return of one pulse
+// lie on a line through the sensor. Here their windows are one joint least-squares problem over the
+// whole pass, which also takes what single returns tell: the recorded angle, and the plane or cone
+// that the scanner sweeps (docs/decisions/0301-sensor-path.md).
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "core/base/vec.h"
+#include "stages/flightlines/line_split.h"
+#include "stages/flightlines/pulse_bins.h"
+
+namespace cornice::flightlines {
+
+/// Knobs of the estimate. Standard deviations are of one-sigma Gaussian priors.
+struct TrajectoryOptions {
+  double node_step_s = 0.25;            ///< between nodes of the path; attitude is linear between
+  double speed_ms = 65.0;               ///< horizontal, survey aircraft and helicopters
+  double speed_sigma_ms = 30.0;         ///< covers 30..120 m/s
+  double climb_sigma_ms = 2.5;          ///< 0 +- 5 m/s at two sigma
+  double velocity_walk_ms = 0.3;        ///< change of velocity in one second
+  double heading_walk_deg = 0.5;        ///< change of heading in one second
+  double attitude_walk_deg = 1.0;       ///< change of the scanner's axis in one second
+  double attitude_sigma_deg = 6.0;      ///< of the mean: pitch and mounting tilt
+  double crab_sigma_deg = 6.0;          ///< of the mean heading against the course
+  double angle_offset_sigma_deg = 0.1;  ///< of the recorded angles' zero
+  double coordinate_sigma_m = 0.005;    ///< of one return across its beam, at the start
+  double least_pair_m = 1.0;            ///< shorter first-last distances are not used
+  double least_beam_scale = 0.2;        ///< the residual scales are not believed below this factor
+  int iterations = 25;                  ///< at most
+};
+
+/// What single returns of a scanner have in common at one time.
+enum class ScanModel { kNone, kPlane, kCone };
+const char* scan_model_name(ScanModel model);
+
+struct PathNode {
+  double time_s = 0.0;
+  Vec3d position;  ///< projected CRS, metres
+  Vec3d velocity;
+  Vec3d standard_error_m;
+  double heading_deg = 0.0;  ///< across angles are measured square to it
+  double lean_deg = 0.0;     ///< of the scanner's plane or cone, fore positive
+  bool bridged = false;      ///< no pulse within half a second
+};
+
+struct PathEstimate {
+  std::vector<PathNode> nodes;
+  ScanModel model = ScanModel::kNone;
+  double cone_deg = 90.0;           ///< half angle; 90 for a plane
+  double angle_offset_deg = 0.0;    ///< true angle minus recorded, sign applied
+  double yaw_offset_deg = 0.0;      ///< of the scan plane against the heading
+  double angle_residual_deg = 0.0;  ///< robust scale, recorded angle against path
+  double scan_residual_deg = 0.0;   ///< robust scale, beams against plane or cone
+  double pair_residual = 0.0;       ///< robust scale, first-last lines, relative to expected
+  std::size_t pulses = 0;           ///< single angles used
+  std::size_t pairs = 0;            ///< first-last lines used
+  double cost_per_pulse = 0.0;      ///< robust, to compare two signs of one pass
+  bool is_valid = false;            ///< false: too little to estimate anything
+};
+
+/// Estimates the path of one pass.
+/// `start`: fit_track over the pass. `sign`: of the recorded angle (+1, -1), 0 where angles are all
+/// zero or not to be used. `model` as chosen by estimate_path.
+PathEstimate solve_path(const LinePass& pass, const TrackFit& start, int sign, ScanModel model,
+                        const TrajectoryOptions& options = {});
+
+/// Chooses the scan model that explains the pulses best and solves with it.
+PathEstimate estimate_path(const LinePass& pass, const TrackFit& start, int sign,
+                           const TrajectoryOptions& options = {});
+
+}  // namespace cornice::flightlines
