@@ -1,1 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
+cornice_library(
+  simulate_scene
+  scene.cpp
+  scene_canopy.cpp
+  scene_cover.cpp
+  scene_cubes.cpp
+  scene_embree.cpp
+  scene_erosion.cpp
+  scene_field.cpp
+  scene_file.cpp
+  scene_mesher.cpp
+  scene_noise.cpp
+  scene_rays.cpp
+  scene_relief.cpp)
+target_link_libraries(
+  cornice_simulate_scene
+  PUBLIC cornice_base cornice_io
+  PRIVATE embree yaml-cpp::yaml-cpp)

@@ -64,7 +64,7 @@ class Scene {
   virtual bool canopy(const Ray& ray, double max_m, CanopyPassage& passage) const = 0;
   /// Signed value of the ground's implicit function, positive above ground; zero on it.
   virtual double ground_value(Vec3d p, Vec3d* gradient = nullptr) const = 0;
-  /// Highest ground at a place.
+  /// Highest ground at a place; NaN outside the extent.
   virtual double ground_height(double x, double y) const = 0;
   virtual Box3d bounds() const = 0;
   virtual const std::string& name() const = 0;
@@ -74,6 +74,11 @@ class Scene {
   virtual Mesh ground_mesh(double step_m, const Box2d& window) const = 0;
   /// Highest ground per pixel, as DEM products hold it.
   virtual Raster ground_dem(double step_m, const Box2d& window) const = 0;
+
+  /// Rays so far that cast() gave up on because they slid along the ground without settling.
+  virtual std::uint64_t grazing_misses() const = 0;
+  virtual std::uint64_t trees() const = 0;
+  virtual std::uint64_t houses() const = 0;
 };
 
 }  // namespace cornice::simulate

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Marching by distance bounds: Hart, "Sphere tracing", 1996; the last metres by Newton's method,
+// bracketed.
+#include "stages/simulate/scene_rays.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cornice::simulate {
+namespace {
+
+/// Share of the mesh step that the mesh stands off the ground: more than the height of the arc
+/// over a facet's diagonal for radii of curvature of two steps and more.
+constexpr double kShellShare = 0.15;
+constexpr int kMostSteps = 200;
+constexpr int kMostShells = 64;
+
+bool clip_to_box(const Box3d& box, Vec3d origin, Vec3d direction, double& begin, double& end) {
+  const double o[3] = {origin.x, origin.y, origin.z};
+  const double d[3] = {direction.x, direction.y, direction.z};
+  const double low[3] = {box.min.x, box.min.y, box.min.z};
+  const double high[3] = {box.max.x, box.max.y, box.max.z};
+  for (int axis = 0; axis < 3; ++axis) {
+    if (d[axis] == 0.0) {
+      if (o[axis] < low[axis] || o[axis] > high[axis]) return false;
+      continue;
+    }
+    const double a = (low[axis] - o[axis]) / d[axis], b = (high[axis] - o[axis]) / d[axis];
+    begin = std::max(begin, std::min(a, b));
+    end = std::min(end, std::max(a, b));
+  }
+  return begin <= end;
+}
+
+}  // namespace
+
+GroundRays::GroundRays(const GroundField& field, const Box2d& area, double mesh_step_m, int threads)
+    : field_(field), shell_m_(kShellShare * mesh_step_m) {
+  SurfaceOptions options;
+  options.window = area;
+  options.step_m = mesh_step_m;
+  options.offset_m = shell_m_;
+  options.tolerance_m = 0.0;
+  options.threads = threads;
+  Surface surface = extract_surface(field, options);
+  origin_ = surface.origin;
+  for (const Vec3f& p : surface.positions) bounds_.add(origin_ + p.cast<double>());
+  bounds_.min -= Vec3d{0.0, 0.0, 1.0};
+  bounds_.max += Vec3d{0.0, 0.0, 1.0};
+  mesh_ =
+      std::make_unique<RayMesh>(std::move(surface.positions), std::move(surface.quads), threads);
+}
+
+bool GroundRays::cast(Vec3d origin, Vec3d direction, double far_m, GroundHit& hit) const {
+  double t = 0.0, end = far_m;
+  if (!clip_to_box(bounds_, origin, direction, t, end)) return false;
+  for (int shell = 0; shell < kMostShells; ++shell) {
+    RayMesh::Hit guide{};
+    const Vec3d start = origin + direction * t - origin_;
+    if (!mesh_->cast(start.cast<float>(), direction.cast<float>(), static_cast<float>(end - t),
+                     guide)) {
+      return false;
+    }
+    t += static_cast<double>(guide.range);
+    switch (follow(origin, direction, t, hit)) {
+      case Outcome::kHit:
+        return hit.range_m <= far_m;
+      case Outcome::kLeft:
+        break;
+      case Outcome::kBuried:
+        return false;
+      case Outcome::kGrazing:
+        grazing_.fetch_add(1, std::memory_order_relaxed);
+        return false;
+    }
+    if (t >= end) return false;
+  }
+  grazing_.fetch_add(1, std::memory_order_relaxed);
+  return false;
+}
+
+/// From range t on the guiding mesh to the ground (kHit) or out of the shell (kLeft, t there).
+GroundRays::Outcome GroundRays::follow(Vec3d origin, Vec3d direction, double& t,
+                                       GroundHit& hit) const {
+  Vec3d gradient;
+  double value = field_.value(origin + direction * t, gradient);
+  if (value < 0.0) {
+    // The ground stands out of the mesh here: the crossing lies behind.
+    for (double back = shell_m_; back < 40.0 * shell_m_; back *= 2.0) {
+      if (field_.value(origin + direction * (t - back)) > 0.0) {
+        return close_in(origin, direction, t - back, t, hit);
+      }
+    }
+    return Outcome::kBuried;
+  }
+  for (int step = 0; step < kMostSteps; ++step) {
+    const double steepness = norm(gradient);
+    const double distance = value / steepness;
+    const double slope = dot(gradient, direction);
+    if (slope > 0.0 && distance > 3.0 * shell_m_) return Outcome::kLeft;
+    // Newton where the ray goes well into the ground; else no farther than the distance.
+    double ahead = slope < -0.35 * steepness ? -value / slope * 1.0001 + 1e-7 : distance;
+    ahead = std::clamp(ahead, 1e-3 * shell_m_ + 1e-7, 4.0 * shell_m_);
+    if (slope < -0.35 * steepness && -value / slope < 1e-3 * shell_m_) {
+      ahead = std::max(2.0 * -value / slope, 1e-7);
+    }
+    const double before = t;
+    t += ahead;
+    value = field_.value(origin + direction * t, gradient);
+    if (value <= 0.0) return close_in(origin, direction, before, t, hit);
+  }
+  return Outcome::kGrazing;
+}
+
+/// The crossing between a range above ground and one below it.
+GroundRays::Outcome GroundRays::close_in(Vec3d origin, Vec3d direction, double above, double below,
+                                         GroundHit& hit) const {
+  double t = below;
+  for (int step = 0; step < 60; ++step) {
+    hit.point = origin + direction * t;
+    const double value = field_.value(hit.point, hit.gradient);
+    (value > 0.0 ? above : below) = t;
+    const double slope = dot(hit.gradient, direction);
+    double next = slope < 0.0 ? t - value / slope : 0.5 * (above + below);
+    if (!(next >= above && next <= below)) next = 0.5 * (above + below);
+    const double move = std::abs(next - t);
+    if (move < 2e-8) {
+      hit.range_m = t;
+      // At a touching point the normal can be a hair's breadth beyond square to the ray.
+      return slope < 0.0 ? Outcome::kHit : Outcome::kGrazing;
+    }
+    t = next;
+  }
+  return Outcome::kGrazing;
+}
+
+}  // namespace cornice::simulate
