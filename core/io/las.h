@@ -88,12 +88,15 @@ struct LasOpenOptions {
 /// contradicts itself; what is wrong with the points themselves is in data_problem.
 LasInfo read_las_info(const std::filesystem::path& path, const LasOpenOptions& options = {});
 
+/// What to read. Attributes that the format lacks stay empty, but for GPS time and channel, which
+/// are then 0.
 struct LasReadOptions {
   Attribute attributes = Attribute::kNone;
-  std::optional<Box2d> window;  ///< keep only points inside (closed), in the file's CRS
+  /// Keep only the points inside (closed), in the file's CRS.
+  std::optional<Box2d> window = std::nullopt;
   /// Of the cloud. Default: floor of the header's minimum, or of the first point where the header's
   /// minimum is further than 65,536 units from it, so that float positions keep their precision.
-  std::optional<Vec3d> origin;
+  std::optional<Vec3d> origin = std::nullopt;
   int threads = 1;  ///< 0: all cores
   /// Gives the points before the place where a file ends early or is corrupt, instead of throwing.
   bool keep_readable_part = false;
