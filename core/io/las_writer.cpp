@@ -10,6 +10,7 @@
 #include "core/io/las.h"
 #include "core/io/las_head_writer.h"
 #include "core/io/laszip_encoder.h"
+#include "core/io/lax_writer.h"
 
 namespace cornice {
 namespace {
@@ -36,6 +37,16 @@ struct LasWriter::Impl {
     check();
     put(head.bytes({}, 0));
     encoder.emplace(stream, options, file.target().string());
+    const bool is_degrees = !options.crs.empty() && options.crs.metres_per_unit == 0.0;
+    if (options.spatial_index) lax.emplace(is_degrees);
+  }
+
+  void index(const PointCloud& points) {
+    const std::string subject = file.target().string();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Vec3<std::int32_t> p = stored_coordinates(points, i, options, subject);
+      lax->add(p.x * options.scale.x + options.offset.x, p.y * options.scale.y + options.offset.y);
+    }
   }
 
   void put(const std::vector<std::uint8_t>& bytes) {
@@ -60,6 +71,7 @@ struct LasWriter::Impl {
   std::ofstream stream;
   LasTally tally;
   std::optional<LaszipEncoder> encoder;
+  std::optional<LaxIndex> lax;
 };
 
 LasWriter::LasWriter(std::filesystem::path path, const LasWriteOptions& options) {
@@ -75,7 +87,12 @@ void LasWriter::write(const PointCloud& points) {
     throw InputError(impl_->file.target().string(),
                      "more than 4294967295 points need LAS 1.4; write that version");
   }
+  if (impl_->lax && total > kMostLegacyPoints) {
+    throw InputError(impl_->file.target().string(),
+                     "more than 4294967295 points have no spatial index; write without one");
+  }
   impl_->encoder->write(points, 0, points.size(), impl_->tally);
+  if (impl_->lax) impl_->index(points);
 }
 
 void LasWriter::close() {
@@ -89,7 +106,14 @@ void LasWriter::close() {
   errno = 0;
   impl.stream.close();
   impl.check();
+  // The index of a file replaced here would lead to wrong points: it goes first.
+  const std::filesystem::path lax_path =
+      std::filesystem::path(impl.file.target()).replace_extension(".lax");
+  std::error_code ignored;
+  std::filesystem::remove(lax_path, ignored);
   impl.file.commit();
+  if (!impl.lax) return;
+  write_file_atomically(lax_path, impl.lax->bytes());
 }
 
 std::uint64_t LasWriter::points_written() const { return impl_->tally.points; }
