@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// cornice-demo-pictures: a raster as relief, or points seen obliquely, as one PNG.
+// cornice-demo-pictures: rasters as relief, or points seen obliquely, as one picture.
 #include <algorithm>
 #include <initializer_list>
 #include <optional>
@@ -90,7 +90,9 @@ Picture picture_of_points(const Arguments& arguments, const FlightLines& lines,
 }
 
 Picture picture_of_raster(const Arguments& arguments, const FlightLines& lines) {
-  const Raster raster = read_raster(arguments.files.front());
+  std::vector<Raster> parts;
+  for (const std::filesystem::path& file : arguments.files) parts.push_back(read_raster(file));
+  const Raster raster = demo::merged(parts);
   Picture picture = demo::relief_picture(raster);
   if (lines.lines.empty()) return picture;
   const int margin_px = picture.width / 8;
@@ -103,7 +105,6 @@ void run(const Arguments& arguments, StageContext& context) {
   FlightLines lines;
   if (!arguments.flight_lines.empty()) lines = read_flight_lines(arguments.flight_lines);
   const bool raster = ends_with(arguments.files.front(), {".tif", ".tiff"});
-  if (raster && arguments.files.size() > 1) throw UsageError("FILE", "one raster at a time");
   if (arguments.colour == "line" && lines.lines.empty()) {
     throw UsageError("--colour", "\"line\" needs --flightlines");
   }
@@ -118,9 +119,10 @@ int main(int argc, char** argv) {
   demo::ObliqueView& view = arguments.view;
   Stage stage;
   stage.name = "demo-pictures";
-  stage.description = "Shows a raster as relief, or points obliquely from above";
+  stage.description = "Shows rasters as relief, or points obliquely from above";
   stage.options = {
-      Option("FILE", arguments.files, "one GeoTIFF, or LAS, LAZ or PLY files of points")
+      Option("FILE", arguments.files,
+             "GeoTIFF files of heights, or LAS, LAZ or PLY files of points")
           .positional()
           .required(),
       output_option(arguments.output, "picture, PNG or JPEG"),
@@ -130,7 +132,7 @@ int main(int argc, char** argv) {
       Option("heading", view.heading_deg, "looked along, from north").range(-360, 360).unit("deg"),
       Option("tilt", view.tilt_deg, "of the view below the horizon").range(5, 90).unit("deg"),
       Option("width", view.width_px, "of the picture").range(64, 8192).unit("px")};
-  stage.examples = {"cornice-demo-pictures dem.tif -o relief.png",
+  stage.examples = {"cornice-demo-pictures dem/*.tif -o relief.png",
                     "cornice-demo-pictures tiles/*.laz --colour class -o classes.png"};
   stage.run = [&](StageContext& context) { run(arguments, context); };
   return run_stage(argc, argv, std::move(stage));

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/error.h"
 #include "samples/demo/colours.h"
 
 namespace cornice::demo {
@@ -26,7 +27,43 @@ void dot_at(Picture& picture, double x, double y, double radius_px, Rgb colour) 
   }
 }
 
+/// Number of pixels from one edge to another. Throws InputError where it is not whole.
+int pixels_between(double from, double to, double step) {
+  const double count = (to - from) / step;
+  if (std::abs(count - std::round(count)) > 1e-3) {
+    throw InputError("DEM", "the rasters do not lie on one grid");
+  }
+  return static_cast<int>(std::lround(count));
+}
+
 }  // namespace
+
+Raster merged(const std::vector<Raster>& parts) {
+  Raster all = parts.front();
+  double east = -std::numeric_limits<double>::infinity();
+  double south = -east;
+  for (const Raster& part : parts) {
+    if (part.step != all.step) throw InputError("DEM", "the rasters differ in step");
+    all.west = std::min(all.west, part.west);
+    all.north = std::max(all.north, part.north);
+    east = std::max(east, part.west + part.width * part.step);
+    south = std::min(south, part.north - part.height * part.step);
+  }
+  all.width = pixels_between(all.west, east, all.step);
+  all.height = pixels_between(south, all.north, all.step);
+  all.values.assign(static_cast<std::size_t>(all.width) * all.height, all.no_data);
+  for (const Raster& part : parts) {
+    const int left = pixels_between(all.west, part.west, all.step);
+    const int top = pixels_between(part.north, all.north, all.step);
+    for (int row = 0; row < part.height; ++row) {
+      for (int col = 0; col < part.width; ++col) {
+        const float value = part.at(col, row);
+        if (value != part.no_data) all.at(left + col, top + row) = value;
+      }
+    }
+  }
+  return all;
+}
 
 Picture relief_picture(const Raster& raster) {
   float low = std::numeric_limits<float>::infinity();

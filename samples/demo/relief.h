@@ -2,10 +2,16 @@
 // Rasters of heights seen from straight above.
 #pragma once
 
+#include <vector>
+
 #include "core/io/raster.h"
 #include "core/points/flight_line.h"
 
 namespace cornice::demo {
+
+/// Neighbouring rasters of one step as one; holes between them hold no data. Not empty.
+/// Throws InputError where a raster's step or grid differs from the first one's.
+Raster merged(const std::vector<Raster>& parts);
 
 /// Hillshade tinted by height, one pixel per raster pixel; white where there is no data.
 Picture relief_picture(const Raster& raster);
