@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "stages/simulate/survey_block.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "core/points/point_cloud.h"
+
+namespace cornice::simulate {
+namespace {
+
+/// Noise can move a point across the border by this much, the offset of its strip by so many
+/// standard deviations. Beams that stay further away are not followed.
+constexpr double kNoiseReachM = 1.0;
+constexpr double kOffsetReach = 5.0;
+
+/// What is needed of the scene to tell which beams matter.
+struct Reach {
+  Box2d extent;
+  double lowest_m;
+  double highest_m;
+};
+
+/// True where the beam is over the extent somewhere between the highest and the lowest ground.
+bool meets(const Reach& reach, const Ray& ray) {
+  if (ray.direction.z >= -1e-3) return false;
+  const double high = (reach.highest_m - ray.origin.z) / ray.direction.z;
+  const double low = (reach.lowest_m - ray.origin.z) / ray.direction.z;
+  const double x0 = ray.origin.x + high * ray.direction.x;
+  const double x1 = ray.origin.x + low * ray.direction.x;
+  const double y0 = ray.origin.y + high * ray.direction.y;
+  const double y1 = ray.origin.y + low * ray.direction.y;
+  return std::max(x0, x1) >= reach.extent.min_x && std::min(x0, x1) <= reach.extent.max_x &&
+         std::max(y0, y1) >= reach.extent.min_y && std::min(y0, y1) <= reach.extent.max_y;
+}
+
+/// The beam as measured: the true one turned by the angular noise.
+Vec3d measured_direction(const NoiseOptions& noise, const SensorFrame& frame, Vec3d direction,
+                         CounterRandom& random) {
+  // Box and Muller give two independent deviates.
+  const double size = noise.across_rad() * std::sqrt(-2.0 * std::log(1.0 - random.uniform()));
+  const double turn = 6.283185307179586 * random.uniform();
+  const Vec3d side = normalized(cross(direction, frame.forward));
+  const Vec3d along = cross(side, direction);
+  return normalized(direction + (size * std::cos(turn)) * side + (size * std::sin(turn)) * along);
+}
+
+struct Pulse {
+  const SurveyLine* line;
+  std::uint64_t key;
+  double recorded_time_s;
+  Ray ray;
+  SensorFrame frame;
+  std::uint8_t flags;
+};
+
+SurveyPoint point_of(const SurveySetup& setup, const Pulse& pulse, const EchoList& echoes,
+                     int index, Vec3d measured, CounterRandom& random) {
+  const Echo& echo = echoes.echoes[static_cast<std::size_t>(index)];
+  SurveyPoint point;
+  Vec3d truth = pulse.ray.origin + echo.range_m * pulse.ray.direction;
+  double range = echo.range_m + setup.noise.along_m(echo.range_m) * random.normal();
+  point.intensity = intensity_of(echo, setup.noise.nominal_range_m, random);
+  point.surface = static_cast<std::uint8_t>(echo.surface);
+  point.classification = class_of(setup.product, echo.surface, echo.above_ground_m);
+  point.normal = echo.normal.cast<float>();
+  const double shift = outlier_shift_m(setup.defects, setup.seed, pulse.key, index);
+  if (shift != 0.0) {
+    truth += shift * pulse.ray.direction;
+    range += shift;
+    point.surface = kNoSurface;
+    point.normal = (-pulse.ray.direction).cast<float>();
+    // Producers find about every other one; Lidar HD has a class for them.
+    const bool is_found = std::fmod(std::abs(shift), 1.0) < 0.5;
+    if (is_found)
+      point.classification =
+          setup.product == SurveyProduct::kLidarHd ? kClassArtefact : kClassUnclassified;
+  }
+  const Vec3d recorded = pulse.ray.origin + range * measured + pulse.line->offset;
+  point.at = {to_steps(recorded.x), to_steps(recorded.y), to_steps(recorded.z)};
+  point.true_offset = (truth - point.recorded()).cast<float>();
+  point.beam = pulse.ray.direction.cast<float>();
+  point.gps_time_s = pulse.recorded_time_s;
+  point.point_source_id = pulse.line->point_source_id;
+  point.line = pulse.line->id;
+  point.return_number = static_cast<std::uint8_t>(index + 1);
+  point.return_count = static_cast<std::uint8_t>(echoes.count);
+  point.flags = pulse.flags;
+  point.channel = pulse.line->recorded_channel;
+  point.user_data = pulse.line->user_data;
+  point.scan_angle_deg = static_cast<float>(
+      pulse.line->angle_sign * across_track_angle_deg(pulse.frame, pulse.ray.direction));
+  return point;
+}
+
+void add_pulse(const SurveySetup& setup, const Pulse& pulse, std::vector<SurveyPoint>& points) {
+  CounterRandom random = random_of(setup.seed, Stream::kPulse, pulse.key);
+  const EchoList echoes = follow_pulse(*setup.scene, pulse.ray, setup.most_returns, random);
+  if (echoes.count == 0) return;
+  const Vec3d measured = measured_direction(setup.noise, pulse.frame, pulse.ray.direction, random);
+  const std::size_t first = points.size();
+  for (int i = 0; i < echoes.count; ++i)
+    points.push_back(point_of(setup, pulse, echoes, i, measured, random));
+  apply_defects(setup.defects, setup.seed, pulse.key, first, points);
+  std::size_t kept = first;
+  for (std::size_t i = first; i < points.size(); ++i)
+    if (setup.grid.find(points[i].at.x, points[i].at.y)) points[kept++] = points[i];
+  points.resize(kept);
+}
+
+/// Tally of the points of one pulse.
+LineTally tally_of(const Pulse& pulse, double true_time_s, std::size_t points) {
+  LineTally tally;
+  tally.points = points;
+  tally.first_time_s = tally.last_time_s = pulse.recorded_time_s;
+  tally.true_first_time_s = tally.true_last_time_s = true_time_s;
+  tally.lowest_angle_deg = tally.highest_angle_deg =
+      across_track_angle_deg(pulse.frame, pulse.ray.direction);
+  return tally;
+}
+
+}  // namespace
+
+void LineTally::add(const LineTally& later) {
+  if (later.points == 0) return;
+  if (points == 0) {
+    *this = later;
+    return;
+  }
+  points += later.points;
+  last_time_s = later.last_time_s;
+  true_last_time_s = later.true_last_time_s;
+  lowest_angle_deg = std::min(lowest_angle_deg, later.lowest_angle_deg);
+  highest_angle_deg = std::max(highest_angle_deg, later.highest_angle_deg);
+}
+
+std::uint64_t pulses_of_pass(const SurveySetup& setup, std::size_t pass) {
+  const Pass& p = setup.trajectory->passes()[pass];
+  return static_cast<std::uint64_t>((p.last_time_s - p.first_time_s) * setup.pulse_rate);
+}
+
+BlockPoints simulate_block(const SurveySetup& setup, const PulseBlock& block) {
+  const Box3d bounds = setup.scene->bounds();
+  const double margin = kNoiseReachM + kOffsetReach * setup.defects.strip_offset_m;
+  const Reach reach{setup.grid.extent().grown(margin), bounds.min.z, bounds.max.z};
+  const Pass& pass = setup.trajectory->passes()[block.pass];
+  BlockPoints result;
+  std::vector<SurveyPoint>& points = result.points;
+  result.tallies.resize(static_cast<std::size_t>(setup.channels));
+  points.reserve(block.count * static_cast<std::size_t>(setup.channels));
+  Pulse pulse;
+  for (std::uint64_t k = block.first; k < block.first + block.count; ++k) {
+    const double time = pass.first_time_s + static_cast<double>(k) / setup.pulse_rate;
+    pulse.frame = setup.trajectory->at(block.pass, time);
+    pulse.ray.origin = pulse.frame.position;
+    for (int channel = 0; channel < setup.channels; ++channel) {
+      const BodyBeam beam = setup.scanner->beam(k, channel);
+      pulse.ray.direction = normalized(pulse.frame.to_world(beam.direction));
+      if (!meets(reach, pulse.ray)) continue;
+      pulse.line = &setup.lines[block.pass * static_cast<std::size_t>(setup.channels) +
+                                static_cast<std::size_t>(channel)];
+      pulse.key = (static_cast<std::uint64_t>(pulse.line->id) << 40) | k;
+      pulse.recorded_time_s = recorded_time(setup.defects, time);
+      pulse.flags = static_cast<std::uint8_t>((beam.scans_to_the_right ? kScanDirection : 0) |
+                                              (beam.is_last_of_line ? kEdgeOfFlightLine : 0));
+      const std::size_t before = points.size();
+      add_pulse(setup, pulse, points);
+      if (points.size() > before)
+        result.tallies[static_cast<std::size_t>(channel)].add(
+            tally_of(pulse, time, points.size() - before));
+    }
+  }
+  return result;
+}
+
+std::vector<SurveyPoint> virtual_points(const SurveySetup& setup, int tile) {
+  std::vector<SurveyPoint> points;
+  if (!setup.defects.virtual_on_water && !setup.defects.virtual_everywhere) return points;
+  const Box2d box = setup.grid.tile(tile);
+  const double top = setup.scene->bounds().max.z + 1.0;
+  for (double y = box.min_y + 0.5 * kVirtualStepM; y < box.max_y; y += kVirtualStepM) {
+    for (double x = box.min_x + 0.5 * kVirtualStepM; x < box.max_x; x += kVirtualStepM) {
+      Hit hit;
+      if (!setup.scene->cast({{x, y, top}, {0.0, 0.0, -1.0}}, hit)) continue;
+      if (hit.surface != SurfaceId::kWater && !setup.defects.virtual_everywhere) continue;
+      SurveyPoint point;
+      point.at = {to_steps(x), to_steps(y), to_steps(hit.point.z)};
+      point.true_offset = (hit.point - point.recorded()).cast<float>();
+      point.normal = hit.normal.cast<float>();
+      point.classification = kClassVirtual;
+      point.surface = static_cast<std::uint8_t>(hit.surface);
+      points.push_back(point);
+    }
+  }
+  return points;
+}
+
+}  // namespace cornice::simulate
