@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/io/copc_hierarchy.h"
+#include "core/io/lax_reader.h"
 #include "core/io/ordered_work.h"
 
 namespace cornice {
@@ -88,8 +89,10 @@ LasPass::LasPass(const LasInfo& info, const LasReadOptions& options)
   attributes_ = attributes_in(info, options.attributes);
   decoded_attributes_ = options.window ? attributes_ | Attribute::kExact : attributes_;
   choose_origin();
-  if (options.window && info.container == LasContainer::kCopc) {
-    whole_file_ = !keep_copc_chunks_in(*source_, info, *options.window, plan_);
+  if (options.window) {
+    whole_file_ = info.container == LasContainer::kCopc
+                      ? !keep_copc_chunks_in(*source_, info, *options.window, plan_)
+                      : !keep_lax_chunks_in(info, *options.window, plan_);
   }
 }
 

@@ -56,7 +56,7 @@ void add(const laszip_point_struct& p, bool legacy, PointCloud& to) {
 
 }  // namespace
 
-OracleCloud read_with_laszip(const std::filesystem::path& path) {
+OracleCloud read_all_with_laszip(const std::filesystem::path& path) {
   OracleCloud result;
   laszip_POINTER reader = nullptr;
   laszip_create(&reader);

@@ -17,7 +17,7 @@ struct OracleCloud {
   std::string problem;  ///< LASzip's error where it stopped early or did not open the file
 };
 
-OracleCloud read_with_laszip(const std::filesystem::path& path);
+OracleCloud read_all_with_laszip(const std::filesystem::path& path);
 
 /// All .las and .laz files below a folder, sorted.
 std::vector<std::filesystem::path> point_files_below(const std::filesystem::path& folder);
