@@ -1,45 +1,24 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "bench/bench_json.h"
 
-#include <sys/utsname.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <cstdio>
 #include <ctime>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/memory.h"
-#include "core/base/parallel.h"
+#include "core/cli/machine.h"
+#include "core/cli/version.h"
 
 namespace cornice::bench {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-std::string cpu_model() {
-  std::ifstream facts("/proc/cpuinfo");
-  for (std::string line; std::getline(facts, line);) {
-    const std::size_t colon = line.find(':');
-    if (line.starts_with("model name") && colon != std::string::npos) {
-      return line.substr(std::min(colon + 2, line.size()));
-    }
-  }
-  return "unknown";
-}
-
-std::string compiler() {
-#if defined(__clang__)
-  return "clang " __clang_version__;
-#else
-  return "g++ " __VERSION__;
-#endif
-}
 
 std::string utc_now() {
   const std::time_t now = std::time(nullptr);
@@ -51,16 +30,15 @@ std::string utc_now() {
 }
 
 Json machine() {
-  utsname system{};
-  uname(&system);
-  return {{"cpu", cpu_model()},
-          {"cores", thread_count(0)},
-          {"memory_gib", static_cast<double>(available_memory_bytes()) / (1ull << 30)},
-          {"system", std::string(system.sysname) + " " + system.release + " " + system.machine},
-          {"compiler", compiler()},
-          {"build", CORNICE_BUILD_TYPE},
+  constexpr double kGiB = 1ull << 30;
+  const Machine facts = this_machine();
+  return {{"cpu", facts.cpu},
+          {"cores", facts.cores},
+          {"memory_gib", static_cast<double>(facts.memory_bytes) / kGiB},
+          {"system", facts.os},
+          {"build", build_text()},
           {"date", utc_now()},
-          {"peak_resident_gib", static_cast<double>(peak_resident_bytes()) / (1ull << 30)}};
+          {"peak_resident_gib", static_cast<double>(peak_resident_bytes()) / kGiB}};
 }
 
 Json to_json(const Value& value) {
