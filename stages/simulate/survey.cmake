@@ -7,3 +7,4 @@ target_link_libraries(cornice_simulate_survey
                       PUBLIC cornice_base cornice_cli cornice_geo cornice_io cornice_las
                              cornice_points
                       PRIVATE GDAL::GDAL nlohmann_json::nlohmann_json TBB::tbb)
+cornice_stage(simulate cornice_simulate_survey cornice_simulate_scene)
