@@ -144,6 +144,7 @@ struct LasWriteOptions {
   /// Further records, written as they are. Those that the writer makes itself (CRS where `crs` is
   /// given, extra bytes, LASzip, COPC) are left out, so that a file's own records can be passed on.
   std::vector<LasVlr> vlrs;
+  int threads = 0;  ///< of write_copc; 0: all cores. The bytes do not depend on it
 };
 
 /// Writes one LAS or LAZ file point by point. The file appears under its name only when close()
@@ -173,7 +174,9 @@ class LasWriter {
 };
 
 /// Writes a COPC 1.0 file (always LAZ 1.4, format 6, 7 or 8): an octree of nodes, each one LAZ
-/// chunk. Holds all points in memory. The order of the points changes.
+/// chunk; nodes of more than options.chunk_points points are split. Holds all points in memory, and
+/// 16 bytes more for each. The order of the points changes: nodes from coarse to fine, within a
+/// node as given. Throws as LasWriter does.
 /// order: where given, receives the index in `points` of every point of the file, in file order.
 void write_copc(const std::filesystem::path& path, const PointCloud& points,
                 const LasWriteOptions& options, Progress& progress = no_progress(),

@@ -3,6 +3,7 @@
 // LAS Specification 1.4 R15 (2019), and its predecessors 1.0 to 1.3.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -30,6 +31,14 @@ struct LasTally {
     ++by_return[return_number & 15u];
     min = {std::min(min.x, p.x), std::min(min.y, p.y), std::min(min.z, p.z)};
     max = {std::max(max.x, p.x), std::max(max.y, p.y), std::max(max.z, p.z)};
+  }
+  void add(const LasTally& other) {
+    points += other.points;
+    for (std::size_t i = 0; i < by_return.size(); ++i) by_return[i] += other.by_return[i];
+    min = {std::min(min.x, other.min.x), std::min(min.y, other.min.y),
+           std::min(min.z, other.min.z)};
+    max = {std::max(max.x, other.max.x), std::max(max.y, other.max.y),
+           std::max(max.z, other.max.z)};
   }
 };
 
@@ -62,10 +71,12 @@ class LasHead {
   std::vector<std::uint8_t> extended_bytes() const;
   /// The whole head. `extended_at`: offset in the file of the first extended record, if any.
   std::vector<std::uint8_t> bytes(const LasTally& tally, std::uint64_t extended_at) const;
-  /// As above, with `replaced` in place of the first leading record's data (of the same size).
+  /// As above, with `replaced` in place of the first leading record's data; of the same size, or
+  /// empty to keep it.
   std::vector<std::uint8_t> bytes(const LasTally& tally, std::uint64_t extended_at,
                                   const std::vector<std::uint8_t>& replaced) const;
-  void add_extended(LasVlr record) { extended_.push_back(std::move(record)); }
+  /// Puts a record before all other extended ones.
+  void prepend_extended(LasVlr record) { extended_.insert(extended_.begin(), std::move(record)); }
 
  private:
   LasWriteOptions options_;

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/io/output_stream.h"
 
 namespace cornice {
 namespace {
@@ -115,11 +116,7 @@ struct LaszipEncoder::Impl {
   /// A failure of LASzip is in nearly all cases one of the stream behind it.
   void check(laszip_I32 failure) {
     if (failure == 0 && stream.good()) return;
-    if (!stream.good()) {
-      const std::string reason = errno != 0 ? std::strerror(errno) : "the stream failed";
-      throw RunError(subject, "cannot be written: " + reason +
-                                  "; free some space or write elsewhere, then run again");
-    }
+    if (!stream.good()) throw_cannot_write(subject, errno);
     laszip.check(failure, subject);
   }
 

@@ -11,6 +11,7 @@
 #include <cstring>
 #include <limits>
 #include <map>
+#include <system_error>
 #include <utility>
 
 namespace cornice {
@@ -169,6 +170,15 @@ std::vector<LaxIndex::Interval> LaxIndex::joined(std::vector<Interval> intervals
     }
   }
   return result;
+}
+
+std::filesystem::path lax_path_of(const std::filesystem::path& las) {
+  return std::filesystem::path(las).replace_extension(".lax");
+}
+
+void remove_stale_lax(const std::filesystem::path& las) {
+  std::error_code ignored;
+  std::filesystem::remove(lax_path_of(las), ignored);
 }
 
 }  // namespace cornice

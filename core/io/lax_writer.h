@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -42,5 +43,11 @@ class LaxIndex {
   Cell* latest_ = nullptr;  ///< most points fall into the cell of the one before
   std::unordered_map<std::uint64_t, Cell> cells_;
 };
+
+/// Where LASzip looks for the index of a file.
+std::filesystem::path lax_path_of(const std::filesystem::path& las);
+
+/// Removes the index of a file about to be replaced: it would lead to wrong points.
+void remove_stale_lax(const std::filesystem::path& las);
 
 }  // namespace cornice
