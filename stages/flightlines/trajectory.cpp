@@ -478,6 +478,7 @@ PathEstimate PathSolver::result(const BlockSolution<kState, kCommon>& solution) 
     node.standard_error_m = {std::sqrt(variance(0)), std::sqrt(variance(1)),
                              std::sqrt(variance(2))};
     node.heading_deg = x(kHeading) / kRadians;
+    node.heading_error_deg = std::sqrt(variance(kHeading)) / kRadians;
     node.lean_deg =
         (model_ == ScanModel::kCone ? std::atan(x(kAxisFore)) : x(kAxisFore)) / kRadians;
     node.bridged = true;

@@ -45,8 +45,9 @@ struct PathNode {
   Vec3d velocity;
   Vec3d standard_error_m;
   double heading_deg = 0.0;  ///< across angles are measured square to it
-  double lean_deg = 0.0;     ///< of the scanner's plane or cone, fore positive
-  bool bridged = false;      ///< no pulse within half a second
+  double heading_error_deg = 0.0;
+  double lean_deg = 0.0;  ///< of the scanner's plane or cone, fore positive
+  bool bridged = false;   ///< no pulse within half a second
 };
 
 struct PathEstimate {
