@@ -7,7 +7,7 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
-#include <sstream>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -49,13 +49,15 @@ bool is_integer(PlyType type) { return type != PlyType::kFloat32 && type != PlyT
 /// Lines of a header as they are read, with their numbers for messages.
 class HeaderLines {
  public:
-  HeaderLines(const fs::path& path, std::istream& stream) : path_(path), stream_(stream) {}
+  HeaderLines(const fs::path& path, std::streambuf& stream) : path_(path), stream_(stream) {}
 
   /// The next line without its end ("\n" or "\r\n").
   std::string next() {
     std::string line;
     ++number_;
-    for (char c = 0; stream_.get(c);) {
+    constexpr int kEnd = std::char_traits<char>::eof();
+    for (int next = stream_.sbumpc(); next != kEnd; next = stream_.sbumpc()) {
+      const char c = std::char_traits<char>::to_char_type(next);
       if (++bytes_ > kMaxHeaderBytes) fail("the header does not end");
       if (c == '\n') {
         if (!line.empty() && line.back() == '\r') line.pop_back();
@@ -73,15 +75,19 @@ class HeaderLines {
 
  private:
   const fs::path& path_;
-  std::istream& stream_;
+  std::streambuf& stream_;
   std::uint64_t bytes_ = 0;
   int number_ = 0;
 };
 
 std::vector<std::string> words_of(const std::string& line) {
-  std::istringstream stream(line);
+  constexpr const char* kBlanks = " \t\r\v\f";
   std::vector<std::string> words;
-  for (std::string word; stream >> word;) words.push_back(word);
+  for (std::size_t at = line.find_first_not_of(kBlanks); at != std::string::npos;) {
+    const std::size_t end = std::min(line.find_first_of(kBlanks, at), line.size());
+    words.push_back(line.substr(at, end - at));
+    at = line.find_first_not_of(kBlanks, end);
+  }
   return words;
 }
 
@@ -239,7 +245,7 @@ PlyHeader read_ply_header(const fs::path& path) {
     throw InputError(path.string(), "is no PLY: it does not begin with 'ply'");
   }
   stream.seekg(0);
-  HeaderLines lines(path, stream);
+  HeaderLines lines(path, *stream.rdbuf());
   if (words_of(lines.next()) != std::vector<std::string>{"ply"}) lines.fail("is no PLY");
   bool has_format = false;
   for (;;) {

@@ -40,7 +40,8 @@ struct Vertices {
 struct Column {
   PlyProperty property;
   PlyType to_type = PlyType::kFloat32;
-  void* to = nullptr;  ///< nothing: the property is passed over
+  void* to = nullptr;
+  bool is_kept = false;  ///< false: the property is passed over
   std::size_t step = 0;
   std::size_t offset = 0;  ///< in the record; of fixed-size records only
 };
@@ -99,6 +100,7 @@ class VertexLayout {
       column.to_type = type;
       column.to = reinterpret_cast<std::uint8_t*>(to.data()) + axis * sizeof(T);
       column.step = sizeof(Vec3<T>);
+      column.is_kept = true;
     }
   }
 
@@ -132,7 +134,7 @@ class VertexLayout {
 
   void place_other(Column& column) {
     const PlyProperty& property = column.property;
-    if (column.to != nullptr || property.is_list()) return;
+    if (column.is_kept || property.is_list()) return;
     if (property.name == "line_id" && property.type == PlyType::kUint16) {
       vertices_.line_id.resize(count());
       set(column, vertices_.line_id.data(), PlyType::kUint16);
@@ -150,6 +152,7 @@ class VertexLayout {
     column.to = to;
     column.to_type = type;
     column.step = sizeof(T);
+    column.is_kept = true;
   }
 
   const PlyElement& element_;
@@ -182,7 +185,7 @@ void read_block(const std::vector<Column>& columns, const std::uint8_t* records,
                 bool swap_bytes) {
   for (std::size_t c = 0; c < columns.size(); ++c) {
     const Column& column = columns[c];
-    if (column.to == nullptr) continue;
+    if (!column.is_kept) continue;
     const std::uint8_t* from = records + column.offset;
     auto* to = static_cast<std::uint8_t*>(column.to) + first_row * column.step;
     const bool same = column.to_type == column.property.type && !swap_bytes;
@@ -213,7 +216,7 @@ Vertices read_vertices(const fs::path& path, PlyStream& stream, const PlyHeader&
     for (std::size_t row = 0; row < count; ++row) {
       stream.at(element.name, row);
       for (const Column& column : layout.columns()) {
-        if (column.to == nullptr) {
+        if (!column.is_kept) {
           stream.skip(column.property);
         } else {
           store(column, row, stream.number(column.property.type));

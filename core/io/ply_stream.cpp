@@ -67,10 +67,12 @@ double ply_value(const std::uint8_t* from, PlyType type, bool swap_bytes) {
 }
 
 PlyStream::PlyStream(std::filesystem::path path, const PlyHeader& header)
-    : path_(std::move(path)), format_(header.format), buffer_(kBufferBytes) {
+    : path_(std::move(path)),
+      format_(header.format),
+      left_in_file_(header.file_bytes - header.header_bytes),
+      buffer_(static_cast<std::size_t>(std::min<std::uint64_t>(kBufferBytes, left_in_file_))) {
   file_ = open(path_.c_str(), O_RDONLY | O_CLOEXEC);
   if (file_ < 0) throw InputError(path_.string(), std::generic_category().message(errno));
-  left_in_file_ = header.file_bytes - header.header_bytes;
   lseek(file_, static_cast<off_t>(header.header_bytes), SEEK_SET);
 }
 
@@ -87,7 +89,8 @@ void PlyStream::refill(std::size_t wanted) {
   std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
   end_ -= begin_;
   begin_ = 0;
-  if (buffer_.size() < wanted) buffer_.resize(wanted);
+  const std::uint64_t possible = std::min<std::uint64_t>(wanted, end_ + left_in_file_);
+  if (buffer_.size() < possible) buffer_.resize(static_cast<std::size_t>(possible));
   while (end_ < buffer_.size() && left_in_file_ > 0) {
     const ssize_t got = read(file_, buffer_.data() + end_, buffer_.size() - end_);
     if (got < 0 && errno == EINTR) continue;

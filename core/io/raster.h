@@ -30,9 +30,14 @@ struct Raster {
 };
 
 /// Writes a cloud-optimised GeoTIFF atomically (DEFLATE, predictor 3, tiled, overviews).
+/// Throws RunError where it cannot be written (disk full).
 void write_cog(const std::filesystem::path& path, const Raster& raster);
 
-/// Reads the first band of a raster. Throws InputError for rotated grids and unequal pixel sides.
+/// Reads the first band of a GeoTIFF or ASCII grid, scale and offset applied. What the file marks
+/// as no data and what is not finite becomes `no_data`; rows come from the north whatever their
+/// order in the file; "pixel is point" grids are given as the areas around their points. The CRS is
+/// the file's own, else that of the product's file name. Throws InputError for files that are
+/// neither, lack a georeference, are rotated or sheared, or have unequal pixel sides.
 Raster read_raster(const std::filesystem::path& path);
 
 /// 8-bit RGB picture, row by row from the top.
@@ -42,7 +47,8 @@ struct Picture {
   std::vector<std::array<std::uint8_t, 3>> pixels;
 };
 
-/// Writes PNG or JPEG by extension, atomically.
+/// Writes PNG or JPEG by extension, atomically. Throws RunError for other extensions, and where it
+/// cannot be written.
 void write_picture(const std::filesystem::path& path, const Picture& picture);
 
 /// Hillshade with the light from `azimuth_deg` (clockwise from north) and `altitude_deg`; no-data

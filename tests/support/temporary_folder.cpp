@@ -41,6 +41,9 @@ std::string read_text(const fs::path& path) {
 }
 
 void write_text(const fs::path& path, const std::string& text) {
+  // Some file systems flush a file to disk when it is cut to nothing and written again.
+  std::error_code error;
+  if (fs::is_regular_file(path, error)) fs::remove(path, error);
   std::ofstream stream(path, std::ios::binary);
   stream.write(text.data(), static_cast<std::streamsize>(text.size()));
   if (!stream.flush()) throw std::runtime_error("cannot write " + path.string());
