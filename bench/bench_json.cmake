@@ -5,7 +5,7 @@ add_library(cornice_bench STATIC bench_json.cpp)
 cornice_configure(cornice_bench)
 target_compile_definitions(cornice_bench PRIVATE CORNICE_BUILD_TYPE="${CMAKE_BUILD_TYPE}")
 target_link_libraries(cornice_bench PUBLIC cornice_base CLI11::CLI11
-                                    PRIVATE nlohmann_json::nlohmann_json)
+                                    PRIVATE cornice_cli nlohmann_json::nlohmann_json)
 
 function(cornice_add_bench name)
   add_executable(bench-${name} ${name}.cpp)
