@@ -88,6 +88,18 @@ double Scanner::swing(double phase) const {
   return std::asin(sharpness_ * sine) / std::asin(sharpness_);
 }
 
+double Scanner::largest_step_rad() const {
+  // swing(): the slope of asin(k sin x) / asin(k) is steepest at x = 0, where it is below 1.
+  return 2.0 * kPi * half_view_ * cycles_per_pulse_;
+}
+
+bool Scanner::jumps_within(std::uint64_t pulse, std::uint64_t count) const {
+  if (pattern_ != ScannerPattern::kPolygon) return false;
+  return fraction(static_cast<double>(pulse) * cycles_per_pulse_) +
+             static_cast<double>(count) * cycles_per_pulse_ >=
+         1.0;
+}
+
 BodyBeam Scanner::beam(std::uint64_t pulse, int channel) const {
   const double phase = fraction(static_cast<double>(pulse) * cycles_per_pulse_);
   const double next = phase + cycles_per_pulse_;

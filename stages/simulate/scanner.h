@@ -56,6 +56,11 @@ class Scanner {
   Scanner(const ScannerOptions& options, double scans_per_pulse);
   /// channel: 0 or 1.
   BodyBeam beam(std::uint64_t pulse, int channel) const;
+  /// Bound of the angle between the beams of one pulse and the next, radians; a polygon's jump back
+  /// to the other edge, and a phase that runs wild in trial flights, exceed it.
+  double largest_step_rad() const;
+  /// True where one of the `count` pulses after `pulse` begins a new line of a polygon.
+  bool jumps_within(std::uint64_t pulse, std::uint64_t count) const;
 
  private:
   double swing(double phase) const;

@@ -35,6 +35,39 @@ bool meets(const Reach& reach, const Ray& ray) {
          std::max(y0, y1) >= reach.extent.min_y && std::min(y0, y1) <= reach.extent.max_y;
 }
 
+/// Pulses that are skipped together where none of them can meet the extent.
+constexpr std::uint64_t kGroupPulses = 32;
+/// Faster than any sensor here moves and turns.
+constexpr double kMostSpeedMs = 250.0;
+constexpr double kMostTurnRadS = 0.3;
+
+/// True where none of the pulses [first, first + count) of a pass comes near the extent, by what
+/// the beam of the first and the scanner's largest step say. False where that is not certain.
+bool misses_all(const SurveySetup& setup, const Reach& reach, std::size_t pass, std::uint64_t first,
+                std::uint64_t count) {
+  if (setup.scanner->jumps_within(first, count)) return false;
+  const double lasting_s = static_cast<double>(count) / setup.pulse_rate;
+  const double swing = static_cast<double>(count) * setup.scanner->largest_step_rad();
+  constexpr double kSmallAngle = 0.2;
+  if (swing > kSmallAngle) return false;
+  const SensorFrame frame =
+      setup.trajectory->at(pass, setup.trajectory->passes()[pass].first_time_s +
+                                     static_cast<double>(first) / setup.pulse_rate);
+  for (int channel = 0; channel < setup.channels; ++channel) {
+    const Ray ray{frame.position,
+                  normalized(frame.to_world(setup.scanner->beam(first, channel).direction))};
+    if (ray.direction.z >= -kSmallAngle) return false;
+    // A turn by an angle moves the foot of a slanting beam by height / cos^2 of it; half as much
+    // again for what is not small.
+    const double height = frame.position.z - reach.lowest_m;
+    const double turn = swing + lasting_s * kMostTurnRadS;
+    const double margin =
+        1.0 + lasting_s * kMostSpeedMs + 1.5 * turn * height / (ray.direction.z * ray.direction.z);
+    if (meets({reach.extent.grown(margin), reach.lowest_m, reach.highest_m}, ray)) return false;
+  }
+  return true;
+}
+
 /// The beam as measured: the true one turned by the angular noise.
 Vec3d measured_direction(const NoiseOptions& noise, const SensorFrame& frame, Vec3d direction,
                          CounterRandom& random) {
@@ -120,6 +153,32 @@ LineTally tally_of(const Pulse& pulse, double true_time_s, std::size_t points) {
   return tally;
 }
 
+/// One pulse of every channel.
+void fire(const SurveySetup& setup, const Reach& reach, std::size_t pass_index, std::uint64_t k,
+          BlockPoints& result) {
+  const Pass& pass = setup.trajectory->passes()[pass_index];
+  const double time = pass.first_time_s + static_cast<double>(k) / setup.pulse_rate;
+  Pulse pulse;
+  pulse.frame = setup.trajectory->at(pass_index, time);
+  pulse.ray.origin = pulse.frame.position;
+  for (int channel = 0; channel < setup.channels; ++channel) {
+    const BodyBeam beam = setup.scanner->beam(k, channel);
+    pulse.ray.direction = normalized(pulse.frame.to_world(beam.direction));
+    if (!meets(reach, pulse.ray)) continue;
+    pulse.line = &setup.lines[pass_index * static_cast<std::size_t>(setup.channels) +
+                              static_cast<std::size_t>(channel)];
+    pulse.key = (static_cast<std::uint64_t>(pulse.line->id) << 40) | k;
+    pulse.recorded_time_s = recorded_time(setup.defects, time);
+    pulse.flags = static_cast<std::uint8_t>((beam.scans_to_the_right ? kScanDirection : 0) |
+                                            (beam.is_last_of_line ? kEdgeOfFlightLine : 0));
+    const std::size_t before = result.points.size();
+    add_pulse(setup, pulse, result.points);
+    if (result.points.size() > before)
+      result.tallies[static_cast<std::size_t>(channel)].add(
+          tally_of(pulse, time, result.points.size() - before));
+  }
+}
+
 }  // namespace
 
 void LineTally::add(const LineTally& later) {
@@ -144,32 +203,15 @@ BlockPoints simulate_block(const SurveySetup& setup, const PulseBlock& block) {
   const Box3d bounds = setup.scene->bounds();
   const double margin = kNoiseReachM + kOffsetReach * setup.defects.strip_offset_m;
   const Reach reach{setup.grid.extent().grown(margin), bounds.min.z, bounds.max.z};
-  const Pass& pass = setup.trajectory->passes()[block.pass];
   BlockPoints result;
-  std::vector<SurveyPoint>& points = result.points;
   result.tallies.resize(static_cast<std::size_t>(setup.channels));
-  points.reserve(block.count * static_cast<std::size_t>(setup.channels));
-  Pulse pulse;
-  for (std::uint64_t k = block.first; k < block.first + block.count; ++k) {
-    const double time = pass.first_time_s + static_cast<double>(k) / setup.pulse_rate;
-    pulse.frame = setup.trajectory->at(block.pass, time);
-    pulse.ray.origin = pulse.frame.position;
-    for (int channel = 0; channel < setup.channels; ++channel) {
-      const BodyBeam beam = setup.scanner->beam(k, channel);
-      pulse.ray.direction = normalized(pulse.frame.to_world(beam.direction));
-      if (!meets(reach, pulse.ray)) continue;
-      pulse.line = &setup.lines[block.pass * static_cast<std::size_t>(setup.channels) +
-                                static_cast<std::size_t>(channel)];
-      pulse.key = (static_cast<std::uint64_t>(pulse.line->id) << 40) | k;
-      pulse.recorded_time_s = recorded_time(setup.defects, time);
-      pulse.flags = static_cast<std::uint8_t>((beam.scans_to_the_right ? kScanDirection : 0) |
-                                              (beam.is_last_of_line ? kEdgeOfFlightLine : 0));
-      const std::size_t before = points.size();
-      add_pulse(setup, pulse, points);
-      if (points.size() > before)
-        result.tallies[static_cast<std::size_t>(channel)].add(
-            tally_of(pulse, time, points.size() - before));
-    }
+  result.points.reserve(block.count * static_cast<std::size_t>(setup.channels));
+  const std::uint64_t end = block.first + block.count;
+  for (std::uint64_t k = block.first; k < end; k += kGroupPulses) {
+    const std::uint64_t count = std::min(kGroupPulses, end - k);
+    if (misses_all(setup, reach, block.pass, k, count)) continue;
+    for (std::uint64_t pulse = k; pulse < k + count; ++pulse)
+      fire(setup, reach, block.pass, pulse, result);
   }
   return result;
 }
