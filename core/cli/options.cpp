@@ -24,8 +24,17 @@ Overload(F...) -> Overload<F...>;
 template <class T>
 std::string number_text(T value) {
   char text[64];
-  const auto [end, error] = std::to_chars(text, text + sizeof text, value);
-  return error == std::errc() ? std::string(text, end) : std::string("?");
+  std::to_chars_result written{};
+  if constexpr (std::is_floating_point_v<T>) {
+    // Shortest text that reads back the same, but 100000 rather than 1e+05.
+    const double size = std::abs(static_cast<double>(value));
+    const bool plain = size < 1e15 && (size == 0.0 || size >= 1e-4);
+    written = std::to_chars(text, text + sizeof text, value,
+                            plain ? std::chars_format::fixed : std::chars_format::general);
+  } else {
+    written = std::to_chars(text, text + sizeof text, value);
+  }
+  return written.ec == std::errc() ? std::string(text, written.ptr) : std::string("?");
 }
 
 /// A whole word as a number; nothing for trailing text ("3m"), NaN, infinity or overflow.

@@ -29,7 +29,7 @@ constexpr int kExitBySignal = 128;
 
 std::vector<Option> describe(CommonOptions& o) {
   std::vector<Option> options{
-      Option("threads", o.threads, "threads, 0: all cores; the result is the same with any number")
+      Option("threads", o.threads, "0: all cores; the result is the same with any number")
           .range(0, kMaxThreads)
           .short_flag('j'),
       Option("memory", o.memory_gib, "memory it may use, 0: the machine's").at_least(0).unit("GiB"),

@@ -150,6 +150,10 @@ TEST(Option, ShowsDefaultsAsTheUserWouldWriteThem) {
   Fields f;
   EXPECT_EQ(Option("share", f.share, "").default_text(), "0.25");
   EXPECT_EQ(Option("classes", f.classes, "").default_text(), "2,9");
+  f.width_m = 100000.0;
+  EXPECT_EQ(Option("width-m", f.width_m, "").default_text(), "100000");
+  f.width_m = 1e-9;
+  EXPECT_EQ(Option("width-m", f.width_m, "").default_text(), "1e-09");
   EXPECT_EQ(Option("colour", f.colour, colours(), "").default_text(), "red");
   EXPECT_EQ(Option("maybe", f.maybe, "").default_text(), "");
   EXPECT_EQ(Option("on", f.on, "").title(), "--no-on");
