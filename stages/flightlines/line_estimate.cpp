@@ -16,6 +16,10 @@ constexpr double kRadians = std::numbers::pi / 180.0;
 constexpr double kMostAcrossErrorDeg = 10.0;
 /// Both signs fit equally well below this gain in log likelihood a pulse.
 constexpr double kSignGain = 0.02;
+/// Recorded angles that keep to a path of first-last lines within this may help it.
+constexpr double kAgreeFineDeg = 0.25;
+constexpr double kAgreeWholeDeg = 0.6;
+constexpr double kAgreeOffsetDeg = 0.8;
 
 double wrapped_360(double degrees) {
   const double rest = std::fmod(degrees, 360.0);
@@ -137,13 +141,39 @@ double badness(const PathEstimate& path) {
          std::max(1.0, angles + pairs);
 }
 
+/// What is known of the recorded angles before the path is estimated with them.
+struct AngleUse {
+  int sign = 0;        ///< 0: not known
+  bool usable = true;  ///< false: they would do harm to the path
+};
+
+/// Sign by a path of first-last lines alone, where there are enough of them.
+std::optional<AngleUse> angles_against_pairs(const LinePass& pass, const TrackFit& track,
+                                             const TrajectoryOptions& options,
+                                             const AcceptOptions& accept, LineEstimate& estimate) {
+  const PathEstimate path = solve_path(pass, track, 0, ScanModel::kNone, options);
+  if (!path.is_valid || path.pairs < accept.enough_pairs) return std::nullopt;
+  const AngleAgreement agreement = compare_angles(pass, path);
+  if (agreement.sign != 0) estimate.sign_from = "pairs";
+  const double bound = estimate.angle_step_deg > 0.0 ? kAgreeWholeDeg : kAgreeFineDeg;
+  const bool agrees =
+      agreement.residual_deg < bound && std::abs(agreement.offset_deg) < kAgreeOffsetDeg;
+  if (agreement.sign != 0 && !agrees)
+    estimate.remarks.push_back(
+        format("recorded angles spread by %.2f degrees about the path (offset %.2f), so the path "
+               "does without them: probably they leave out the roll",
+               agreement.residual_deg, agreement.offset_deg));
+  return AngleUse{agreement.sign, agreement.sign != 0 && agrees};
+}
+
 /// Sign of the recorded angle: the one that puts the sensor where beams meet, above the ground.
-int find_sign(const LinePass& pass, const TrackFit& track, const TrajectoryOptions& options,
-              LineEstimate& estimate) {
+AngleUse find_sign(const LinePass& pass, const TrackFit& track, const TrajectoryOptions& options,
+                   const AcceptOptions& accept, LineEstimate& estimate) {
   if (estimate.min_angle_deg == 0.0 && estimate.max_angle_deg == 0.0) {
     estimate.remarks.push_back("all recorded angles are 0");
-    return 0;
+    return {0, false};
   }
+  if (const auto use = angles_against_pairs(pass, track, options, accept, estimate)) return *use;
   // A reliable track with a wide swath needs no trial: positive angles lie on one side of it.
   const Vec3d right{track.velocity.y, -track.velocity.x, 0.0};
   const double side = dot(track.across, normalized(right));
@@ -151,15 +181,15 @@ int find_sign(const LinePass& pass, const TrackFit& track, const TrajectoryOptio
   if (track.is_reliable() && wide && std::abs(side) > 100.0 && std::abs(side) < 8000.0 &&
       std::abs(side) > 0.8 * norm(track.across)) {
     estimate.sign_from = "track";
-    return side > 0.0 ? 1 : -1;
+    return {side > 0.0 ? 1 : -1, true};
   }
   const PathEstimate plus = solve_path(pass, track, 1, ScanModel::kNone, options);
   const PathEstimate minus = solve_path(pass, track, -1, ScanModel::kNone, options);
-  if (!plus.is_valid || !minus.is_valid) return 0;
+  if (!plus.is_valid || !minus.is_valid) return {0, false};
   const double gain = badness(minus) - badness(plus);
-  if (std::abs(gain) < kSignGain) return 0;
+  if (std::abs(gain) < kSignGain) return {0, false};
   estimate.sign_from = plus.pairs >= 12 ? "pairs and angles" : "angles";
-  return gain > 0.0 ? 1 : -1;
+  return {gain > 0.0 ? 1 : -1, true};
 }
 
 /// Course and speed of a path: least squares of its positions over time.
@@ -201,10 +231,22 @@ void fill_across(const PathEstimate& path, LineEstimate& estimate) {
     count += 1.0;
   }
   estimate.line.across_azimuth_deg = azimuth_of(east, north);
-  // Node errors are correlated over some seconds; that many count as one.
+  // A plane's direction is known by how straight its lines are over their width, a heading by the
+  // solver. Errors are alike over some seconds; that many count as one.
   const double seconds = path.nodes.back().time_s - path.nodes.front().time_s;
+  const double windows = std::sqrt(std::max(1.0, seconds / 4.0));
+  const double width = std::max(0.2, estimate.max_angle_deg - estimate.min_angle_deg) / 3.5;
+  const double node_error = path.model == ScanModel::kPlane
+                                ? path.scan_residual_deg / width / kRadians / 10.0
+                                : error / std::max(1.0, count);
+  // The heading itself wanders about its mean.
+  double wander = 0.0;
+  for (const PathNode& node : path.nodes)
+    if (!node.bridged)
+      wander += std::pow(
+          std::remainder(node.heading_deg + 90.0 - estimate.line.across_azimuth_deg, 360.0), 2.0);
   estimate.line.across_standard_error_deg =
-      error / std::max(1.0, count) / std::sqrt(std::max(1.0, seconds / 4.0));
+      std::hypot(node_error, std::sqrt(wander / std::max(1.0, count))) / windows;
 }
 
 /// Lean of the beams along the flight, and whether it comes in two looks.
@@ -285,7 +327,7 @@ bool accept_path(const PathEstimate& path, const AcceptOptions& accept, LineEsti
   check("position_error_m", estimate.position_error_m, 0.0,
         accept.most_error_share * std::max(estimate.height_m, 1.0));
   if (path.pulses > 0) {
-    check("angle_residual_deg", path.angle_residual_deg, 0.0, accept.most_angle_residual);
+    check("angle_residual_deg", path.angle_residual_deg, 0.0, accept.most_angle_residual_deg);
     check("angle_offset_deg", path.angle_offset_deg, -accept.most_angle_offset_deg,
           accept.most_angle_offset_deg);
   }
@@ -383,9 +425,9 @@ LineEstimate estimate_line(const LinePass& pass, const TrajectoryOptions& option
     return estimate;
   }
   const TrackFit track = fit_track(pass.bins, 0, pass.bins.size());
-  const int sign = find_sign(pass, track, options, estimate);
-  const PathEstimate path = estimate_path(pass, track, sign, options);
-  estimate.line.scan_angle_sign = sign;
+  const AngleUse angles = find_sign(pass, track, options, accept, estimate);
+  const PathEstimate path = estimate_path(pass, track, angles.usable ? angles.sign : 0, options);
+  estimate.line.scan_angle_sign = angles.sign;
   if (!path.is_valid) {
     use_angles(pass, track, "too few pulses for a path", estimate);
     fill_perpendicular(estimate);

@@ -15,6 +15,7 @@ namespace cornice::flightlines {
 namespace {
 
 constexpr double kRadians = std::numbers::pi / 180.0;
+constexpr double kLargestCrab = 30.0 * kRadians;
 
 // State of a node: 0-2 position, 3 heading, 4-5 axis of the scanner, 6-8 velocity. Observations
 // touch the first six only.
@@ -378,8 +379,8 @@ void PathSolver::add_priors(System& system) const {
   common(kOffset, common_(kOffset), options_.angle_offset_sigma_deg * kRadians);
   if (model_ == ScanModel::kCone)
     common(kShape, common_(kShape) - 18.0 * kRadians, 20.0 * kRadians);
-  else  // Only first-last lines can tell the plane's yaw from the heading.
-    common(kShape, common_(kShape), (pairs_ >= 200 ? 20.0 : 0.02) * kRadians);
+  else  // Only pairs and angles together can tell the plane's yaw from the heading.
+    common(kShape, common_(kShape), (pairs_ >= 200 && sign_ != 0.0 ? 20.0 : 0.02) * kRadians);
 }
 
 /// Smoothness: velocity, heading and axis walk randomly, position follows velocity.
@@ -432,7 +433,11 @@ double PathSolver::apply(const BlockSolution<kState, kCommon>& solution) {
     states_[k] += solution.nodes[k];
     // Below the ground nothing can be linearised.
     states_[k](2) = std::max(states_[k](2), ground_ + 30.0);
-    states_[k](kHeading) = std::remainder(states_[k](kHeading), 2.0 * std::numbers::pi);
+    // No aircraft flies sideways: without this a wrong sign is answered by flying backwards.
+    const double course = std::atan2(states_[k](kVelocity), states_[k](kVelocity + 1));
+    const double crab = std::remainder(states_[k](kHeading) - course, 2.0 * std::numbers::pi);
+    states_[k](kHeading) = std::remainder(course + std::clamp(crab, -kLargestCrab, kLargestCrab),
+                                          2.0 * std::numbers::pi);
     if (k > 0) {  // one branch along the path
       const double turn = states_[k](kHeading) - states_[k - 1](kHeading);
       states_[k](kHeading) -= turn - std::remainder(turn, 2.0 * std::numbers::pi);
@@ -477,7 +482,7 @@ PathEstimate PathSolver::result(const BlockSolution<kState, kCommon>& solution) 
     node.velocity = {x(kVelocity), x(kVelocity + 1), x(kVelocity + 2)};
     node.standard_error_m = {std::sqrt(variance(0)), std::sqrt(variance(1)),
                              std::sqrt(variance(2))};
-    node.heading_deg = x(kHeading) / kRadians;
+    node.heading_deg = x(kHeading) / kRadians + estimate.yaw_offset_deg;
     node.heading_error_deg = std::sqrt(variance(kHeading)) / kRadians;
     node.lean_deg =
         (model_ == ScanModel::kCone ? std::atan(x(kAxisFore)) : x(kAxisFore)) / kRadians;
@@ -526,6 +531,44 @@ PathEstimate solve_path(const LinePass& pass, const TrackFit& start, int sign, S
   PathSolver solver(pass, start, sign, model, options);
   if (!solver.is_solvable()) return {};
   return solver.run();
+}
+
+AngleAgreement compare_angles(const LinePass& pass, const PathEstimate& path) {
+  std::vector<double> predicted, recorded;
+  const double step = path.nodes[1].time_s - path.nodes[0].time_s;
+  const auto last = static_cast<double>(path.nodes.size() - 2);
+  for (const PulseBin* bin : pass.bins)
+    for (const Pulse& pulse : bin->any) {
+      const double at = (pulse.time_s - path.nodes[0].time_s) / step;
+      const auto k = static_cast<std::size_t>(std::clamp(std::floor(at), 0.0, last));
+      const PathNode& a = path.nodes[k];
+      const PathNode& b = path.nodes[k + 1];
+      const double w = at - static_cast<double>(k);
+      const Vec3d d =
+          bin->origin + pulse.last.cast<double>() - a.position - (b.position - a.position) * w;
+      const double heading = a.heading_deg * kRadians;
+      predicted.push_back(std::atan2(d.x * std::cos(heading) - d.y * std::sin(heading), -d.z) /
+                          kRadians);
+      recorded.push_back(pulse.angle_deg);
+    }
+  AngleAgreement best;
+  double other = 0.0;
+  for (const int sign : {1, -1}) {
+    std::vector<double> difference(predicted.size());
+    for (std::size_t i = 0; i < predicted.size(); ++i)
+      difference[i] = predicted[i] - sign * recorded[i];
+    std::vector<double> sorted = difference;
+    const double offset = median_of(sorted);
+    for (double& value : difference) value = std::abs(value - offset);
+    const double residual = 1.4826 * median_of(difference);
+    // A wrong sign shows as spread in a wide swath and as an offset in a narrow one.
+    const double wrong = residual + std::abs(offset);
+    if (sign == 1 || wrong < other) best = {sign, residual, offset};
+    other = sign == 1 ? wrong : std::max(other, wrong);
+  }
+  const double right = best.residual_deg + std::abs(best.offset_deg);
+  if (!(other > 1.5 * right + 0.1)) best.sign = 0;
+  return best;
 }
 
 PathEstimate estimate_path(const LinePass& pass, const TrackFit& start, int sign,

@@ -44,7 +44,7 @@ struct PathNode {
   Vec3d position;  ///< projected CRS, metres
   Vec3d velocity;
   Vec3d standard_error_m;
-  double heading_deg = 0.0;  ///< across angles are measured square to it
+  double heading_deg = 0.0;  ///< square to the scan: of a plane its normal, else the aircraft's
   double heading_error_deg = 0.0;
   double lean_deg = 0.0;  ///< of the scanner's plane or cone, fore positive
   bool bridged = false;   ///< no pulse within half a second
@@ -70,6 +70,14 @@ struct PathEstimate {
 /// zero or not to be used. `model` as chosen by estimate_path.
 PathEstimate solve_path(const LinePass& pass, const TrackFit& start, int sign, ScanModel model,
                         const TrajectoryOptions& options = {});
+
+/// How the recorded angles compare with a path that was found without them.
+struct AngleAgreement {
+  int sign = 0;               ///< 0: the angles do not tell
+  double residual_deg = 0.0;  ///< robust scale about the offset, with that sign
+  double offset_deg = 0.0;    ///< median
+};
+AngleAgreement compare_angles(const LinePass& pass, const PathEstimate& path);
 
 /// Chooses the scan model that explains the pulses best and solves with it.
 PathEstimate estimate_path(const LinePass& pass, const TrackFit& start, int sign,
