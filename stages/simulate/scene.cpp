@@ -29,8 +29,8 @@ void check(const SceneOptions& options) {
   if (e.width() > kLargestSide || e.height() > kLargestSide) {
     throw UsageError("--extent", "must be at most 20 km wide and high");
   }
-  if (!(options.mesh_step_m >= 0.2 && options.mesh_step_m <= 4.0)) {
-    throw UsageError("--mesh-step-m", "must be in [0.2, 4]");
+  if (!(options.mesh_step_m >= 0.2 && options.mesh_step_m <= 2.0)) {
+    throw UsageError("--mesh-step-m", "must be in [0.2, 2]");
   }
 }
 

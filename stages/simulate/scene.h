@@ -47,7 +47,9 @@ struct SceneOptions {
   std::uint64_t seed = 1;
   /// Ground covered, in the product's projected CRS.
   Box2d extent;
-  double mesh_step_m = 0.5;  ///< of the mesh that guides the rays
+  /// Of the mesh that guides the rays: memory and time to build grow with its inverse square, the
+  /// hits stay exact. In [0.2, 2].
+  double mesh_step_m = 1.0;
   int threads = 0;
 };
 

@@ -89,16 +89,40 @@ Drainage drain(const PlanField& ground) {
 }
 
 /// Steepest slope that stands at a place, as a tangent: patches and belts of sound rock.
-double standing_slope(const ErosionShape& erosion, double x, double y, double z,
-                      std::uint64_t seed) {
-  const double patch = fractal_noise(x / 210.0, y / 210.0, 2, 0.5, seed + 11);
-  const double belt = gradient_noise(z / 95.0 + 0.3 * patch, 0.37, seed + 13);
-  const double hard = smooth_step(-0.25, 0.45, patch + 0.8 * belt);
-  const double degrees = std::lerp(erosion.soft_deg, erosion.hard_deg, hard);
-  return std::tan(degrees * std::numbers::pi / 180.0);
-}
+class RockHardness {
+ public:
+  RockHardness(const PlanLattice& lattice, const ErosionShape& erosion, std::uint64_t seed)
+      : patch_(lattice.size()), belt_(kBelts) {
+    for (int j = 0; j < lattice.ny; ++j) {
+      for (int i = 0; i < lattice.nx; ++i) {
+        patch_[lattice.index(i, j)] = static_cast<float>(
+            fractal_noise(lattice.x(i) / 210.0, lattice.y(j) / 210.0, 2, 0.5, seed + 11));
+      }
+    }
+    for (int n = 0; n < kBelts; ++n) {
+      belt_[n] = static_cast<float>(0.8 * gradient_noise(n * kBeltStep / 95.0, 0.37, seed + 13));
+    }
+    soft_ = std::tan(erosion.soft_deg * std::numbers::pi / 180.0);
+    hard_ = std::tan(erosion.hard_deg * std::numbers::pi / 180.0);
+  }
 
-void incise(PlanField& ground, const ErosionShape& erosion, double strength, std::uint64_t seed) {
+  double standing_slope(std::size_t node, double z) const {
+    const double patch = static_cast<double>(patch_[node]);
+    const auto n = static_cast<int>(z / kBeltStep + 9.0 * patch + 0.5 * kBelts);
+    const double hard =
+        smooth_step(-0.25, 0.45, patch + static_cast<double>(belt_[n & (kBelts - 1)]));
+    return std::lerp(soft_, hard_, hard);
+  }
+
+ private:
+  static constexpr int kBelts = 1 << 12;
+  static constexpr double kBeltStep = 2.0;
+  std::vector<float> patch_;
+  std::vector<float> belt_;  // by height
+  double soft_, hard_;
+};
+
+void incise(PlanField& ground, const RockHardness& rock, double strength) {
   const PlanLattice& lattice = ground.lattice;
   const Drainage d = drain(ground);
   const double node_area = lattice.step * lattice.step;
@@ -111,16 +135,13 @@ void incise(PlanField& ground, const ErosionShape& erosion, double strength, std
     if (h <= below) continue;
     const double k = strength * std::pow(d.area[n] * node_area, kAreaExponent) / length;
     h = (h + k * below) / (1.0 + k);
-    const double x = lattice.x(static_cast<int>(n) % lattice.nx);
-    const double y = lattice.y(static_cast<int>(n) / lattice.nx);
-    h = std::min(h, below + length * standing_slope(erosion, x, y, h, seed));
+    h = std::min(h, below + length * rock.standing_slope(n, h));
     ground.values[n] = static_cast<float>(h);
   }
 }
 
 /// Material above the standing slope slides to the lower neighbours; then a little creep.
-void slide_and_creep(PlanField& ground, const ErosionShape& erosion, double creep,
-                     std::uint64_t seed) {
+void slide_and_creep(PlanField& ground, const RockHardness& rock, double creep) {
   const PlanLattice& lattice = ground.lattice;
   const std::vector<float> before = ground.values;
   std::vector<double> change(before.size(), 0.0);
@@ -128,7 +149,7 @@ void slide_and_creep(PlanField& ground, const ErosionShape& erosion, double cree
     for (int i = 1; i + 1 < lattice.nx; ++i) {
       const std::size_t n = lattice.index(i, j);
       const double h = static_cast<double>(before[n]);
-      const double stands = standing_slope(erosion, lattice.x(i), lattice.y(j), h, seed);
+      const double stands = rock.standing_slope(n, h);
       double mean = 0.0;
       for (int side = 0; side < 8; ++side) {
         const std::size_t m = lattice.index(i + kSides[side][0], j + kSides[side][1]);
@@ -177,9 +198,10 @@ void erode(PlanField& ground, const ErosionShape& erosion, std::uint64_t seed) {
     PlanField& field = level.factor == 1 ? ground : coarse;
     if (level.factor > 1) resample(ground, coarse);
     const std::vector<float> before = coarse.values;
+    const RockHardness rock(field.lattice, erosion, seed);
     for (int round = 0; round < level.rounds; ++round) {
-      incise(field, erosion, 1.6 * erosion.incision * level.share / level.rounds, seed);
-      slide_and_creep(field, erosion, 0.02, seed);
+      incise(field, rock, 1.6 * erosion.incision * level.share / level.rounds);
+      slide_and_creep(field, rock, 0.02);
     }
     if (level.factor == 1) break;
     // The change alone goes back, so that detail finer than this level stays.

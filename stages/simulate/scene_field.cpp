@@ -18,6 +18,9 @@ Float4 load4(const float* from) {
 }
 Float4 spread(float value) { return Float4{value, value, value, value}; }
 float sum4(Float4 v) { return (v[0] + v[1]) + (v[2] + v[3]); }
+float sum3(const std::array<float, 3>& w, Float4 v) {
+  return w[0] * v[0] + w[1] * v[1] + w[2] * v[2];
+}
 Float4 as4(const std::array<float, 4>& w) { return Float4{w[0], w[1], w[2], w[3]}; }
 
 /// 0 below 0, 1 above 1, C2 between (Perlin 2002), with its derivative.
@@ -37,38 +40,65 @@ double plateau(double u, double half, double fade, double& derivative) {
   return value;
 }
 
+/// The cubic spline of heights as in PlanField, in single precision relative to one of its nodes:
+/// off by some 1e-7 of the height that the neighbourhood spans.
+template <bool kWithGradient>
+double spline_height(const PlanField& field, double x, double y, double& dx, double& dy) {
+  const SplineCell cell(field.lattice, x, y);
+  const CubicWeights<float> wx(static_cast<float>(cell.tx)), wy(static_cast<float>(cell.ty));
+  const float* row = field.values.data() + cell.first;
+  const std::size_t stride = static_cast<std::size_t>(field.lattice.nx);
+  const float reference = row[stride + 1];
+  const Float4 base = spread(reference);
+  const Float4 r0 = load4(row) - base, r1 = load4(row + stride) - base;
+  const Float4 r2 = load4(row + 2 * stride) - base, r3 = load4(row + 3 * stride) - base;
+  const Float4 value =
+      (spread(wy.w[0]) * r0 + spread(wy.w[1]) * r1) + (spread(wy.w[2]) * r2 + spread(wy.w[3]) * r3);
+  if constexpr (kWithGradient) {
+    const Float4 slope = (spread(wy.d[0]) * r0 + spread(wy.d[1]) * r1) +
+                         (spread(wy.d[2]) * r2 + spread(wy.d[3]) * r3);
+    dx = static_cast<double>(sum4(as4(wx.d) * value)) * field.lattice.per_metre;
+    dy = static_cast<double>(sum4(as4(wx.w) * slope)) * field.lattice.per_metre;
+  }
+  return static_cast<double>(reference) + static_cast<double>(sum4(as4(wx.w) * value));
+}
+
 struct RockSample {
   Float4 value, dx, dy;  // out_x, out_y, roughness, beds
 };
 
+template <bool kWithGradient>
 RockSample sample_rock(const PlanLattice& lattice, const std::vector<RockNode>& nodes, double x,
                        double y) {
-  const SplineCell cell(lattice, x, y);
-  const CubicWeights<float> wx(static_cast<float>(cell.tx)), wy(static_cast<float>(cell.ty));
-  const RockNode* row = nodes.data() + cell.first;
+  const double u = std::clamp((x - lattice.x0) * lattice.per_metre + 0.5, 1.0, lattice.nx - 1.001);
+  const double v = std::clamp((y - lattice.y0) * lattice.per_metre + 0.5, 1.0, lattice.ny - 1.001);
+  const int i = static_cast<int>(u), j = static_cast<int>(v);
+  const QuadraticWeights wx(static_cast<float>(u - i)), wy(static_cast<float>(v - j));
+  const RockNode* row = nodes.data() + lattice.index(i - 1, j - 1);
   RockSample sample{};
-  for (std::size_t j = 0; j < 4; ++j, row += lattice.nx) {
-    Float4 v{}, g{};
-    for (std::size_t i = 0; i < 4; ++i) {
-      const Float4 node = load4(&row[i].out_x);
-      v += spread(wx.w[i]) * node;
-      g += spread(wx.d[i]) * node;
+  for (std::size_t k = 0; k < 3; ++k, row += lattice.nx) {
+    const Float4 n0 = load4(&row[0].out_x), n1 = load4(&row[1].out_x), n2 = load4(&row[2].out_x);
+    const Float4 value = spread(wx.w[0]) * n0 + spread(wx.w[1]) * n1 + spread(wx.w[2]) * n2;
+    sample.value += spread(wy.w[k]) * value;
+    if constexpr (kWithGradient) {
+      const Float4 slope = spread(wx.d[0]) * n0 + spread(wx.d[1]) * n1 + spread(wx.d[2]) * n2;
+      sample.dx += spread(wy.w[k]) * slope;
+      sample.dy += spread(wy.d[k]) * value;
     }
-    sample.value += spread(wy.w[j]) * v;
-    sample.dx += spread(wy.w[j]) * g;
-    sample.dy += spread(wy.d[j]) * v;
   }
-  const Float4 inverse = spread(static_cast<float>(1.0 / lattice.step));
-  sample.dx *= inverse;
-  sample.dy *= inverse;
+  if constexpr (kWithGradient) {
+    const Float4 per_metre = spread(static_cast<float>(lattice.per_metre));
+    sample.dx *= per_metre;
+    sample.dy *= per_metre;
+  }
   return sample;
 }
 
 }  // namespace
 
 RoughnessVolume::RoughnessVolume(std::uint64_t seed) {
-  // The spline leaves 0.479 of the variance of white noise per axis, 0.110 in space.
-  constexpr float kGain = 3.016f;
+  // The spline leaves 11/20 of the variance of white noise per axis.
+  constexpr float kGain = 2.4517f;
   values_.resize(static_cast<std::size_t>(kPadded) * kPadded * kPadded);
   std::size_t at = 0;
   for (int k = 0; k < kPadded; ++k) {
@@ -84,40 +114,41 @@ RoughnessVolume::RoughnessVolume(std::uint64_t seed) {
   }
 }
 
+template <bool kWithGradient>
 float RoughnessVolume::value(Vec3d p, Vec3f& gradient) const {
-  // Turned out of the axes, so that its period shows nowhere along them.
-  constexpr double kScale = 1.0 / static_cast<double>(kStep);
-  constexpr double c = 0.8, s = 0.6;
-  const double u[3] = {(c * p.x - s * p.y) * kScale, (s * p.x + c * p.y) * kScale, p.z * kScale};
-  int cell[3];
+  // Rows of a rotation (2/3, 2/3, 1/3; ...) by the Pythagorean quadruple 1, 2, 2, 3.
+  constexpr double kScale = 1.0 / (3.0 * static_cast<double>(kStep));
+  const double u[3] = {(2.0 * p.x - 2.0 * p.y + p.z) * kScale,
+                       (2.0 * p.x + p.y - 2.0 * p.z) * kScale,
+                       (p.x + 2.0 * p.y + 2.0 * p.z) * kScale};
+  std::size_t cell[3];
   float t[3];
   for (int axis = 0; axis < 3; ++axis) {
-    const double floor = std::floor(u[axis]);
-    t[axis] = static_cast<float>(u[axis] - floor);
-    cell[axis] = static_cast<int>(static_cast<std::int64_t>(floor) & (kSide - 1));
+    const std::int64_t floor = floor_of(u[axis]);
+    t[axis] = static_cast<float>(u[axis] - static_cast<double>(floor));
+    cell[axis] = static_cast<std::size_t>(floor & (kSide - 1));
   }
-  const CubicWeights<float> wx(t[0]), wy(t[1]), wz(t[2]);
-  const float* slice =
-      values_.data() + (static_cast<std::size_t>(cell[2]) * kPadded + cell[1]) * kPadded + cell[0];
+  const QuadraticWeights wx(t[0]), wy(t[1]), wz(t[2]);
+  const float* slice = values_.data() + (cell[2] * kPadded + cell[1]) * kPadded + cell[0];
+  // The fourth lane is read and weighted by zero.
   Float4 value{}, dy{}, dz{};
-  for (std::size_t k = 0; k < 4; ++k, slice += kPadded * kPadded) {
-    const float* row = slice;
-    Float4 v{}, g{};
-    for (std::size_t j = 0; j < 4; ++j, row += kPadded) {
-      const Float4 four = load4(row);
-      v += spread(wy.w[j]) * four;
-      g += spread(wy.d[j]) * four;
-    }
+  for (std::size_t k = 0; k < 3; ++k, slice += kPadded * kPadded) {
+    const Float4 r0 = load4(slice), r1 = load4(slice + kPadded), r2 = load4(slice + 2 * kPadded);
+    const Float4 v = spread(wy.w[0]) * r0 + spread(wy.w[1]) * r1 + spread(wy.w[2]) * r2;
     value += spread(wz.w[k]) * v;
-    dz += spread(wz.d[k]) * v;
-    dy += spread(wz.w[k]) * g;
+    if constexpr (kWithGradient) {
+      dz += spread(wz.d[k]) * v;
+      dy += spread(wz.w[k]) * (spread(wy.d[0]) * r0 + spread(wy.d[1]) * r1 + spread(wy.d[2]) * r2);
+    }
   }
-  const float gx = sum4(as4(wx.d) * value) / kStep;
-  const float gy = sum4(as4(wx.w) * dy) / kStep;
-  gradient.x = static_cast<float>(c) * gx + static_cast<float>(s) * gy;
-  gradient.y = static_cast<float>(-s) * gx + static_cast<float>(c) * gy;
-  gradient.z = sum4(as4(wx.w) * dz) / kStep;
-  return sum4(as4(wx.w) * value);
+  if constexpr (kWithGradient) {
+    constexpr float kSlope = 1.0f / (3.0f * kStep);
+    const float a = sum3(wx.d, value) * kSlope;
+    const float b = sum3(wx.w, dy) * kSlope;
+    const float c = sum3(wx.w, dz) * kSlope;
+    gradient = {2.0f * a + 2.0f * b + c, -2.0f * a + b + 2.0f * c, a - 2.0f * b + 2.0f * c};
+  }
+  return sum3(wx.w, value);
 }
 
 BedProfile::BedProfile(double thickness_m, std::uint64_t seed)
@@ -140,40 +171,45 @@ BedProfile::BedProfile(double thickness_m, std::uint64_t seed)
 
 float BedProfile::value(double height, float& derivative) const {
   const double u = height * static_cast<double>(inverse_step_);
-  const double floor = std::floor(u);
-  const CubicWeights<float> weights(static_cast<float>(u - floor));
-  const float* four =
-      values_.data() + static_cast<std::size_t>(static_cast<std::int64_t>(floor) & (kCount - 1));
+  const std::int64_t floor = floor_of(u);
+  const CubicWeights<float> weights(static_cast<float>(u - static_cast<double>(floor)));
+  const float* four = values_.data() + static_cast<std::size_t>(floor & (kCount - 1));
   const Float4 nodes = load4(four);
   derivative = sum4(as4(weights.d) * nodes) * inverse_step_;
   return sum4(as4(weights.w) * nodes);
 }
 
-void GroundField::add_lean(const Lean& lean, Vec3d p, double& wx, double& wy,
-                           double (&jacobian)[2][3]) const {
-  const double x = p.x - lean.x, y = p.y - lean.y;
-  const double across = x * lean.out_x + y * lean.out_y;
-  const double along = -x * lean.out_y + y * lean.out_x;
-  double d_across, d_along, d_up;
-  const double m_across = plateau(across, lean.half_depth, lean.fade, d_across);
-  const double m_along = plateau(along, lean.half_length, lean.fade, d_along);
-  const double rise = lean.top - lean.foot;
-  const double up = smoother_step((p.z - lean.foot) / rise, d_up);
-  const double moved = lean.reach * m_across * m_along * up;
-  wx += lean.out_x * moved;
-  wy += lean.out_y * moved;
-  const double ga = lean.reach * up * d_across * m_along;
-  const double gl = lean.reach * up * m_across * d_along;
-  const double g[3] = {ga * lean.out_x - gl * lean.out_y, ga * lean.out_y + gl * lean.out_x,
-                       lean.reach * m_across * m_along * d_up / rise};
-  for (int axis = 0; axis < 3; ++axis) {
-    jacobian[0][axis] += lean.out_x * g[axis];
-    jacobian[1][axis] += lean.out_y * g[axis];
+Vec2d GroundField::lean_back(const std::vector<Feature>& features, Vec3d p,
+                             double (&jacobian)[2][3]) const {
+  Vec2d q{p.x, p.y};
+  for (const Feature feature : features) {
+    if (feature.is_void || !leans[feature.index].box.contains(p.x, p.y)) continue;
+    const Lean& lean = leans[feature.index];
+    if (p.z <= lean.foot) continue;
+    const double x = p.x - lean.x, y = p.y - lean.y;
+    const double across = x * lean.out_x + y * lean.out_y;
+    const double along = -x * lean.out_y + y * lean.out_x;
+    double d_across, d_along, d_up;
+    const double m_across = plateau(across, lean.half_depth, lean.fade, d_across);
+    const double m_along = plateau(along, lean.half_length, lean.fade, d_along);
+    const double rise = lean.top - lean.foot;
+    const double up = smoother_step((p.z - lean.foot) / rise, d_up);
+    const double moved = lean.reach * m_across * m_along * up;
+    q.x -= lean.out_x * moved;
+    q.y -= lean.out_y * moved;
+    const double ga = lean.reach * up * d_across * m_along;
+    const double gl = lean.reach * up * m_across * d_along;
+    const double g[3] = {ga * lean.out_x - gl * lean.out_y, ga * lean.out_y + gl * lean.out_x,
+                         lean.reach * m_across * m_along * d_up / rise};
+    for (int axis = 0; axis < 3; ++axis) {
+      jacobian[0][axis] += lean.out_x * g[axis];
+      jacobian[1][axis] += lean.out_y * g[axis];
+    }
   }
+  return q;
 }
 
-double GroundField::cut_void(const Void& hole, Vec3d p, double value, double rough,
-                             Vec3d rough_gradient, Vec3d* gradient) const {
+double GroundField::cut_void(const Void& hole, Vec3d p, double value, Vec3d* gradient) const {
   if (!hole.box.contains(p)) return value;
   const Vec3d r = p - hole.from;
   const double along = r.x * hole.axis.x + r.y * hole.axis.y;
@@ -183,8 +219,15 @@ double GroundField::cut_void(const Void& hole, Vec3d p, double value, double rou
   const double iw = 1.0 / (hole.half_width * hole.half_width);
   const double ih = 1.0 / (hole.half_height * hole.half_height);
   const double rho2 = (side * side + over * over) * iw + r.z * r.z * ih;
+  if (rho2 > 4.0) return value;
+  // The walls wave by a seventh of the size, in waves of two steps of roughness times kStretch.
+  constexpr double kStretch = 4.0;
+  Vec3f wave_slope;
+  const double depth = 0.07 * size;
+  const double wave =
+      depth * static_cast<double>(roughness.value<true>(p * (1.0 / kStretch), wave_slope));
   // Half of size (1 - rho^2) is near the distance at the wall of the void and smooth inside it.
-  const double inside = 0.5 * size * (1.0 - rho2) + rough;
+  const double inside = 0.5 * size * (1.0 - rho2) + wave;
   const double scaled = value / hole.steepness;
   const double h = std::max(hole.blend - std::abs(scaled - inside), 0.0) / hole.blend;
   if (scaled > inside && h == 0.0) return value;
@@ -195,7 +238,7 @@ double GroundField::cut_void(const Void& hole, Vec3d p, double value, double rou
     const Vec3d g_inside =
         Vec3d{-size * iw * (over * hole.axis.x - side * hole.axis.y),
               -size * iw * (over * hole.axis.y + side * hole.axis.x), -size * ih * r.z} +
-        rough_gradient;
+        wave_slope.cast<double>() * (depth / kStretch);
     *gradient = *gradient * weight + g_inside * ((1.0 - weight) * hole.steepness);
   }
   return result * hole.steepness;
@@ -203,66 +246,56 @@ double GroundField::cut_void(const Void& hole, Vec3d p, double value, double rou
 
 template <bool kWithGradient>
 double GroundField::evaluate(Vec3d p, Vec3d* gradient) const {
-  const RockSample rock_here = sample_rock(rock_lattice, rock, p.x, p.y);
-  const double out_x = static_cast<double>(rock_here.value[0]);
-  const double out_y = static_cast<double>(rock_here.value[1]);
-  const double amplitude = static_cast<double>(rock_here.value[2]);
-  const double bed_depth = static_cast<double>(rock_here.value[3]);
+  const std::vector<Feature>* features = features_at(p.x, p.y);
+  double lean_jacobian[2][3] = {};
+  Vec2d q{p.x, p.y};
+  if (features != nullptr) q = lean_back(*features, p, lean_jacobian);
 
+  const RockSample here = sample_rock<kWithGradient>(rock_lattice, rock, q.x, q.y);
+  const double out_x = static_cast<double>(here.value[0]);
+  const double out_y = static_cast<double>(here.value[1]);
+  const double amplitude = static_cast<double>(here.value[2]);
+  const double bed_depth = static_cast<double>(here.value[3]);
   Vec3f rough_slope;
-  const double rough = static_cast<double>(roughness.value(p, rough_slope));
-  const Vec3d r_grad = rough_slope.cast<double>();
+  const double rough = static_cast<double>(roughness.value<kWithGradient>(p, rough_slope));
   double bed = 0.0, bed_slope = 0.0;
   if (bed_depth != 0.0) {
     float derivative;
     bed = static_cast<double>(beds.value(p.z + dip_x * p.x + dip_y * p.y, derivative));
-    bed_slope = static_cast<double>(derivative);
+    bed_slope = bed_depth * static_cast<double>(derivative);
   }
   const double ar = amplitude * rough;
   const double g = bed_depth * bed + ar;
-  double wx = out_x * g;
-  double wy = out_y * g;
-
-  // jacobian[i][axis] = d w_i / d axis
-  double jacobian[2][3] = {};
-  Vec3d ar_grad;
-  if constexpr (kWithGradient) {
-    ar_grad = Vec3d{static_cast<double>(rock_here.dx[2]) * rough + amplitude * r_grad.x,
-                    static_cast<double>(rock_here.dy[2]) * rough + amplitude * r_grad.y,
-                    amplitude * r_grad.z};
-    const double slope = bed_depth * bed_slope;
-    const double g_grad[3] = {
-        static_cast<double>(rock_here.dx[3]) * bed + slope * dip_x + ar_grad.x,
-        static_cast<double>(rock_here.dy[3]) * bed + slope * dip_y + ar_grad.y, slope + ar_grad.z};
-    for (int i = 0; i < 2; ++i) {
-      const double out = i == 0 ? out_x : out_y;
-      jacobian[i][0] = static_cast<double>(rock_here.dx[i]) * g + out * g_grad[0];
-      jacobian[i][1] = static_cast<double>(rock_here.dy[i]) * g + out * g_grad[1];
-      jacobian[i][2] = out * g_grad[2];
-    }
-  }
-  const std::vector<Feature>* features = features_at(p.x, p.y);
-  if (features != nullptr) {
-    for (const Feature feature : *features) {
-      if (!feature.is_void && leans[feature.index].box.contains(p.x, p.y)) {
-        add_lean(leans[feature.index], p, wx, wy, jacobian);
-      }
-    }
-  }
-  double hx, hy;
-  const double h = height.value(p.x - wx, p.y - wy, hx, hy);
+  double hx = 0.0, hy = 0.0;
+  const double h = spline_height<kWithGradient>(height, q.x - out_x * g, q.y - out_y * g, hx, hy);
   double value = p.z - ar - h;
   if constexpr (kWithGradient) {
-    *gradient = {-ar_grad.x - hx * (1.0 - jacobian[0][0]) + hy * jacobian[1][0],
-                 -ar_grad.y + hx * jacobian[0][1] - hy * (1.0 - jacobian[1][1]),
-                 1.0 - ar_grad.z + hx * jacobian[0][2] + hy * jacobian[1][2]};
+    // First by q with p held, then by p with q held, then together.
+    const auto d = [](const Float4& v, int n) { return static_cast<double>(v[n]); };
+    const double s = hx * out_x + hy * out_y;
+    const double by_qx = -hx - d(here.dx, 2) * rough +
+                         g * (hx * d(here.dx, 0) + hy * d(here.dx, 1)) +
+                         s * (d(here.dx, 3) * bed + d(here.dx, 2) * rough);
+    const double by_qy = -hy - d(here.dy, 2) * rough +
+                         g * (hx * d(here.dy, 0) + hy * d(here.dy, 1)) +
+                         s * (d(here.dy, 3) * bed + d(here.dy, 2) * rough);
+    const double k = (s - 1.0) * amplitude;
+    const double sb = s * bed_slope;
+    *gradient = {
+        by_qx + k * static_cast<double>(rough_slope.x) + sb * dip_x,
+        by_qy + k * static_cast<double>(rough_slope.y) + sb * dip_y,
+        1.0 + k * static_cast<double>(rough_slope.z) + sb,
+    };
+    if (features != nullptr) {
+      gradient->x -= lean_jacobian[0][0] * by_qx + lean_jacobian[1][0] * by_qy;
+      gradient->y -= lean_jacobian[0][1] * by_qx + lean_jacobian[1][1] * by_qy;
+      gradient->z -= lean_jacobian[0][2] * by_qx + lean_jacobian[1][2] * by_qy;
+    }
   }
   if (features != nullptr) {
     for (const Feature feature : *features) {
-      if (feature.is_void) {
-        value = cut_void(voids[feature.index], p, value, ar, ar_grad,
-                         kWithGradient ? gradient : nullptr);
-      }
+      if (!feature.is_void) continue;
+      value = cut_void(voids[feature.index], p, value, kWithGradient ? gradient : nullptr);
     }
   }
   return value;

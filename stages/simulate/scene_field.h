@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "core/base/vec.h"
+#include "stages/simulate/scene_file.h"
 #include "stages/simulate/scene_spline.h"
 
 namespace cornice::simulate {
@@ -27,17 +28,18 @@ struct alignas(16) RockNode {
   float beds = 0.0f;
 };
 
-/// Roughness in space: white noise on a lattice of 64^3, smoothed by the spline, repeated.
+/// Roughness in space: white noise on a lattice of 32^3, smoothed by a quadratic spline, repeated.
+/// The lattice is turned out of all axes and planes, so that its period shows on no surface.
 class RoughnessVolume {
  public:
-  static constexpr int kSide = 64;
+  static constexpr int kSide = 32;
   static constexpr float kStep = 1.25f;  ///< shortest wave about 2.5 m
+  /// No value exceeds it; the variance is 1.
+  static constexpr float kLimit = 6.1f;
 
   explicit RoughnessVolume(std::uint64_t seed = 1);
-  /// Unit variance, with its gradient.
+  template <bool kWithGradient>
   float value(Vec3d p, Vec3f& gradient) const;
-  /// No value exceeds it.
-  static constexpr float kLimit = 7.4f;
 
  private:
   static constexpr int kPadded = kSide + 3;
@@ -111,9 +113,9 @@ class GroundField {
   };
   template <bool kWithGradient>
   double evaluate(Vec3d p, Vec3d* gradient) const;
-  void add_lean(const Lean& lean, Vec3d p, double& wx, double& wy, double (&jacobian)[2][3]) const;
-  double cut_void(const Void& hole, Vec3d p, double value, double rough, Vec3d rough_gradient,
-                  Vec3d* gradient) const;
+  /// Where the leans look the place up; jacobian: of their movement along x and y by x, y, z.
+  Vec2d lean_back(const std::vector<Feature>& features, Vec3d p, double (&jacobian)[2][3]) const;
+  double cut_void(const Void& hole, Vec3d p, double value, Vec3d* gradient) const;
   const std::vector<Feature>* features_at(double x, double y) const;
 
   static constexpr double kFeatureCell = 32.0;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include "core/base/parallel.h"
 #include "stages/simulate/scene_cubes.h"
@@ -13,6 +15,8 @@ namespace {
 constexpr int kBlock = 32;  // cells along a side of a block in plan
 constexpr int kCoarse = 4;  // cells along a side of a coarse cell
 constexpr int kHalo = 4;    // cells sampled around a block, one coarse cell
+constexpr float kUnset = 3e38f;
+constexpr float kFar = 1e30f;  // stands for a sign alone
 
 /// The lattice of a window: point (i, j, k) lies at (x0 + i dx, y0 + j dy, k dz); cell (i, j, k)
 /// has it as its lowest corner. The window's sides pass through the middles of the outer cells.
@@ -45,6 +49,7 @@ struct BlockCells {
   std::vector<Cell> cells;
   std::vector<Vec3d> vertices;
   std::uint64_t unsettled = 0;
+  std::uint64_t unsampled = 0;
 };
 
 /// Samples of F on a block's lattice points and one coarse cell around it. Only coarse cells near
@@ -69,6 +74,22 @@ class BlockSamples {
   int k_end() const { return k0_ + nz_ - 1; }  // cells
   float at(int i, int j, int k) const { return values_[index(i - i0_, j - j0_, k - k0_)]; }
 
+  /// Cells of a column that the surface can pass.
+  std::pair<int, int> column_range(int i, int j) const {
+    const Range& range = ranges_[static_cast<std::size_t>((j - j0_) / kCoarse) * kCoarseSide +
+                                 static_cast<std::size_t>((i - i0_) / kCoarse)];
+    return {k0_ + range.begin, k0_ + range.end};
+  }
+
+  /// Bits of the four corners of cell (i, j, k) at its lower end.
+  int solid_layer(int i, int j, int k) const {
+    int bits = 0;
+    for (int c = 0; c < 4; ++c) {
+      if (at(i + (c & 1), j + (c >> 1), k) < 0.0f) bits |= 1 << c;
+    }
+    return bits;
+  }
+
   std::uint8_t solid(int i, int j, int k) const {
     int bits = 0;
     for (int c = 0; c < 8; ++c) {
@@ -80,49 +101,28 @@ class BlockSamples {
  private:
   static constexpr int kSide = kBlock + 2 * kHalo + 1;
   static constexpr int kCoarseSide = kSide / kCoarse + 1;
-  static constexpr float kUnset = 3e38f;
-  static constexpr float kFar = 1e30f;
 
   std::size_t index(int i, int j, int k) const {
     return (static_cast<std::size_t>(j) * kSide + i) * nz_ + k;
   }
 
   void sample(const GroundField& field, const Lattice& lattice, int coarse_cells) {
-    const int layers = coarse_cells + 1;
-    std::vector<float> coarse(static_cast<std::size_t>(kCoarseSide) * kCoarseSide * layers);
-    std::vector<float> distance(coarse.size());
-    const auto at = [&](int i, int j, int k) {
-      return (static_cast<std::size_t>(j) * kCoarseSide + i) * layers + k;
+    sample_points(field, lattice, {0, 0, 0}, {kSide - 1, kSide - 1, nz_ - 1}, kCoarse);
+    struct Active {
+      int i, j, k;
     };
-    for (int j = 0; j < kCoarseSide; ++j) {
-      for (int i = 0; i < kCoarseSide; ++i) {
-        for (int k = 0; k < layers; ++k) {
-          Vec3d gradient;
-          const double value = field.value(
-              lattice.point(i0_ + i * kCoarse, j0_ + j * kCoarse, k0_ + k * kCoarse), gradient);
-          coarse[at(i, j, k)] = static_cast<float>(value);
-          distance[at(i, j, k)] = static_cast<float>(std::abs(value) / norm(gradient));
-        }
-      }
-    }
-    // One diagonal of a coarse cell: twice what a distance field would need.
-    const float near =
-        static_cast<float>(kCoarse * std::sqrt(lattice.dx * lattice.dx + lattice.dy * lattice.dy +
-                                               lattice.dz * lattice.dz));
-    std::vector<std::array<int, 3>> active;
-    for (int j = 0; j + 1 < kCoarseSide; ++j) {
-      for (int i = 0; i + 1 < kCoarseSide; ++i) {
-        for (int k = 0; k + 1 < layers; ++k) {
-          bool positive = false, negative = false, close = false;
-          for (int c = 0; c < 8; ++c) {
-            const std::size_t n = at(i + (c & 1), j + (c >> 1 & 1), k + (c >> 2));
-            (coarse[n] < 0.0f ? negative : positive) = true;
-            close = close || distance[n] < near;
-          }
-          if (close || (positive && negative)) {
+    std::vector<Active> active;
+    for (int j = 0; j + 1 < kSide; j += kCoarse) {
+      for (int i = 0; i + 1 < kSide; i += kCoarse) {
+        Range& range = ranges_[static_cast<std::size_t>(j / kCoarse * kCoarseSide + i / kCoarse)];
+        for (int k = 0; k < coarse_cells * kCoarse; k += kCoarse) {
+          bool solid = false;
+          if (is_near(i, j, k, kCoarse, 0.6f, solid)) {
             active.push_back({i, j, k});
+            range.begin = std::min(range.begin, k);
+            range.end = std::max(range.end, k + kCoarse);
           } else {
-            fill(i, j, k, positive ? kFar : -kFar);
+            fill(i, j, k, kCoarse, solid ? -kFar : kFar);
           }
         }
       }
@@ -130,21 +130,38 @@ class BlockSamples {
     for (const auto& [i, j, k] : active) sample_cell(field, lattice, i, j, k);
   }
 
-  void fill(int ci, int cj, int ck, float value) {
-    for (int j = 0; j <= kCoarse; ++j) {
-      for (int i = 0; i <= kCoarse; ++i) {
-        float* column = &values_[index(ci * kCoarse + i, cj * kCoarse + j, ck * kCoarse)];
-        std::fill_n(column, kCoarse + 1, value);
+  /// Whether the surface can pass a cube of sampled corners: they differ in sign, or one is nearer
+  /// to zero than a share of what F changes by over the cube.
+  bool is_near(int i, int j, int k, int side, float share, bool& solid) const {
+    float low = kFar, high = -kFar;
+    for (int c = 0; c < 8; ++c) {
+      const float value =
+          values_[index(i + (c & 1) * side, j + (c >> 1 & 1) * side, k + (c >> 2) * side)];
+      low = std::min(low, value);
+      high = std::max(high, value);
+    }
+    solid = high < 0.0f;
+    return std::max(low, -high) < share * (high - low);
+  }
+
+  /// Sets the sign of what no sample has been taken of.
+  void fill(int i0, int j0, int k0, int side, float value) {
+    for (int j = j0; j <= j0 + side; ++j) {
+      for (int i = i0; i <= i0 + side; ++i) {
+        for (int k = k0; k <= k0 + side; ++k) {
+          float& v = values_[index(i, j, k)];
+          if (v == kUnset) v = value;
+        }
       }
     }
   }
 
-  void sample_cell(const GroundField& field, const Lattice& lattice, int ci, int cj, int ck) {
-    // One cell around the block is looked at, no more.
-    constexpr int kFirst = kHalo - 1, kLast = kHalo + kBlock + 1;
-    for (int j = std::max(cj * kCoarse, kFirst); j <= std::min((cj + 1) * kCoarse, kLast); ++j) {
-      for (int i = std::max(ci * kCoarse, kFirst); i <= std::min((ci + 1) * kCoarse, kLast); ++i) {
-        for (int k = ck * kCoarse; k <= (ck + 1) * kCoarse; ++k) {
+  /// Samples every stride-th point of a box of lattice points.
+  void sample_points(const GroundField& field, const Lattice& lattice, std::array<int, 3> first,
+                     std::array<int, 3> last, int stride) {
+    for (int j = first[1]; j <= last[1]; j += stride) {
+      for (int i = first[0]; i <= last[0]; i += stride) {
+        for (int k = first[2]; k <= last[2]; k += stride) {
           float& value = values_[index(i, j, k)];
           if (std::abs(value) < kFar) continue;
           value = static_cast<float>(field.value(lattice.point(i0_ + i, j0_ + j, k0_ + k)));
@@ -153,8 +170,32 @@ class BlockSamples {
     }
   }
 
+  /// Halves a coarse cell and samples finely the halves near the surface.
+  void sample_cell(const GroundField& field, const Lattice& lattice, int i0, int j0, int k0) {
+    constexpr int kHalf = kCoarse / 2;
+    sample_points(field, lattice, {i0, j0, k0}, {i0 + kCoarse, j0 + kCoarse, k0 + kCoarse}, kHalf);
+    for (int half = 0; half < 8; ++half) {
+      const int i = i0 + (half & 1) * kHalf, j = j0 + (half >> 1 & 1) * kHalf;
+      const int k = k0 + (half >> 2) * kHalf;
+      // One cell around the block is looked at, no more.
+      constexpr int kFirst = kHalo - 1, kLast = kHalo + kBlock + 1;
+      if (i + kHalf < kFirst || j + kHalf < kFirst || i > kLast || j > kLast) continue;
+      bool solid = false;
+      if (is_near(i, j, k, kHalf, 0.35f, solid)) {
+        sample_points(field, lattice, {i, j, k}, {i + kHalf, j + kHalf, k + kHalf}, 1);
+      } else {
+        fill(i, j, k, kHalf, solid ? -kFar : kFar);
+      }
+    }
+  }
+
+  struct Range {
+    int begin = std::numeric_limits<int>::max();
+    int end = 0;
+  };
   int i0_, j0_, k0_ = 0, nz_ = 0;
   std::vector<float> values_;
+  std::vector<Range> ranges_ = std::vector<Range>(kCoarseSide * kCoarseSide);
 };
 
 /// Faces to be cut the other way: where both cubes beside an ambiguous face have one patch that
@@ -182,7 +223,7 @@ std::uint8_t flips_of(const BlockSamples& samples, const Lattice& lattice, int i
 
 /// Mean of the crossings of one patch's edges.
 Vec3d patch_middle(const BlockSamples& samples, const Lattice& lattice, int i, int j, int k,
-                   const CubePatches& patches, int patch) {
+                   const CubePatches& patches, int patch, bool& unsampled) {
   Vec3d sum;
   int count = 0;
   for (int e = 0; e < 12; ++e) {
@@ -196,6 +237,7 @@ Vec3d patch_middle(const BlockSamples& samples, const Lattice& lattice, int i, i
     Vec3d a, b;
     const double fa = corner(edge.from, a);
     const double fb = corner(edge.to, b);
+    if (std::max(std::abs(fa), std::abs(fb)) >= kFar) unsampled = true;
     sum += a + (b - a) * (fa / (fa - fb));
     ++count;
   }
@@ -242,15 +284,21 @@ BlockCells extract_block(const GroundField& field, const Lattice& lattice,
     for (int i = i0; i < i0 + kBlock; ++i) {
       block.column_start.push_back(static_cast<std::uint32_t>(block.cells.size()));
       if (i >= lattice.nx || j >= lattice.ny) continue;
-      for (int k = samples.k_begin(); k < samples.k_end(); ++k) {
-        const std::uint8_t solid = samples.solid(i, j, k);
+      const auto [k_begin, k_end] = samples.column_range(i, j);
+      int layer = k_begin < k_end ? samples.solid_layer(i, j, k_begin) : 0;
+      for (int k = k_begin; k < k_end; ++k) {
+        const int above = samples.solid_layer(i, j, k + 1);
+        const auto solid = static_cast<std::uint8_t>(layer | above << 4);
+        layer = above;
         if (solid == 0 || solid == 255) continue;
         const std::uint8_t flips = flips_of(samples, lattice, i, j, k, solid);
         const CubePatches patches = flips == 0 ? usual_patches(solid) : cube_patches(solid, flips);
         block.cells.push_back({k, static_cast<std::uint32_t>(block.vertices.size()), solid, flips});
         for (int patch = 0; patch < patches.count; ++patch) {
-          Vec3d p = patch_middle(samples, lattice, i, j, k, patches, patch);
+          bool unsampled = false;
+          Vec3d p = patch_middle(samples, lattice, i, j, k, patches, patch, unsampled);
           if (!settle(field, lattice, options, i, j, p)) ++block.unsettled;
+          if (unsampled) ++block.unsampled;
           block.vertices.push_back(p);
         }
       }
@@ -342,6 +390,7 @@ Surface extract_surface(const GroundField& field, const SurfaceOptions& options)
     all.first_vertex.push_back(total);
     total += static_cast<std::uint32_t>(block.vertices.size());
     surface.unsettled += block.unsettled;
+    surface.unsampled += block.unsampled;
   }
   surface.positions.resize(total);
   std::vector<std::vector<std::array<std::uint32_t, 4>>> quads(count);

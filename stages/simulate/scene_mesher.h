@@ -26,6 +26,7 @@ struct Surface {
   std::vector<Vec3f> positions;
   std::vector<std::array<std::uint32_t, 4>> quads;
   std::uint64_t unsettled = 0;  ///< vertices that stayed farther than the tolerance
+  std::uint64_t unsampled = 0;  ///< patches found where the search for the ground was too coarse
 };
 
 /// Dual marching cubes: one vertex for each patch of surface in a lattice cell (Nielson 2004), with

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Marching by distance bounds: Hart, "Sphere tracing", 1996; the last metres by Newton's method,
-// bracketed.
+// Marching by bounds: Kalra & Barr, "Guaranteed ray intersections with implicit surfaces", 1989,
+// with a bound on curvature rather than on slope.
 #include "stages/simulate/scene_rays.h"
 
 #include <algorithm>
@@ -11,8 +11,18 @@ namespace {
 
 /// Share of the mesh step that the mesh stands off the ground: more than the height of the arc
 /// over a facet's diagonal for radii of curvature of two steps and more.
-constexpr double kShellShare = 0.15;
+constexpr double kShellShare = 0.12;
 constexpr int kMostSteps = 200;
+/// Largest curvature of F along a ray against its steepness that steps reckon with, 1/m. Sharper
+/// edges cost a bracketed search, no more.
+constexpr double kSharpest = 1.0;
+constexpr double kFlattest = 0.2;
+constexpr double kSettled = 8e-4;
+/// Newton's method steps past the ground where it curves towards the ray; harmless where the ray
+/// falls this steeply from this near.
+constexpr double kSteep = -0.5;
+constexpr double kSteepWithin = 0.25;
+constexpr double kLeastStep = 1e-5;
 constexpr int kMostShells = 64;
 
 bool clip_to_box(const Box3d& box, Vec3d origin, Vec3d direction, double& begin, double& end) {
@@ -52,6 +62,8 @@ GroundRays::GroundRays(const GroundField& field, const Box2d& area, double mesh_
 }
 
 bool GroundRays::cast(Vec3d origin, Vec3d direction, double far_m, GroundHit& hit) const {
+  const Vec3d sum = origin + direction;
+  if (!std::isfinite(sum.x + sum.y + sum.z)) return false;  // Embree ends the program on NaN
   double t = 0.0, end = far_m;
   if (!clip_to_box(bounds_, origin, direction, t, end)) return false;
   for (int shell = 0; shell < kMostShells; ++shell) {
@@ -88,48 +100,65 @@ GroundRays::Outcome GroundRays::follow(Vec3d origin, Vec3d direction, double& t,
     // The ground stands out of the mesh here: the crossing lies behind.
     for (double back = shell_m_; back < 40.0 * shell_m_; back *= 2.0) {
       if (field_.value(origin + direction * (t - back)) > 0.0) {
-        return close_in(origin, direction, t - back, t, hit);
+        return close_in(origin, direction, t - back, t, value, gradient, hit);
       }
     }
     return Outcome::kBuried;
   }
   for (int step = 0; step < kMostSteps; ++step) {
-    const double steepness = norm(gradient);
+    // Far inside a void the gradient vanishes.
+    const double steepness = std::max(norm(gradient), kFlattest);
     const double distance = value / steepness;
-    const double slope = dot(gradient, direction);
+    const double slope = dot(gradient, direction) / steepness;
     if (slope > 0.0 && distance > 3.0 * shell_m_) return Outcome::kLeft;
-    // Newton where the ray goes well into the ground; else no farther than the distance.
-    double ahead = slope < -0.35 * steepness ? -value / slope * 1.0001 + 1e-7 : distance;
-    ahead = std::clamp(ahead, 1e-3 * shell_m_ + 1e-7, 4.0 * shell_m_);
-    if (slope < -0.35 * steepness && -value / slope < 1e-3 * shell_m_) {
-      ahead = std::max(2.0 * -value / slope, 1e-7);
+    if (slope < 0.0 && distance < kSettled * slope * slope) {
+      // The last Newton step; the error left is of the order of its square.
+      hit.range_m = t - distance / slope;
+      hit.point = origin + direction * hit.range_m;
+      hit.gradient = gradient;
+      return Outcome::kHit;
     }
     const double before = t;
-    t += ahead;
-    value = field_.value(origin + direction * t, gradient);
-    if (value <= 0.0) return close_in(origin, direction, before, t, hit);
+    if (slope < kSteep && distance < kSteepWithin) {
+      // Too steep and too near to cross the ground twice within a Newton step.
+      t -= distance / slope;
+      value = field_.value(origin + direction * t, gradient);
+    } else {
+      // The first root of distance + slope s - kSharpest s^2 / 2: no crossing comes before it.
+      const double root = std::sqrt(slope * slope + 2.0 * kSharpest * distance);
+      const double ahead =
+          slope < 0.0 ? 2.0 * distance / (root - slope) : (root + slope) / kSharpest;
+      t += std::max(ahead, kLeastStep);
+      value = field_.value(origin + direction * t, gradient);
+    }
+    if (value < 0.0) return close_in(origin, direction, before, t, value, gradient, hit);
   }
   return Outcome::kGrazing;
 }
 
-/// The crossing between a range above ground and one below it.
+/// The crossing between a range above ground and one below it, where F has `value` and `gradient`.
 GroundRays::Outcome GroundRays::close_in(Vec3d origin, Vec3d direction, double above, double below,
-                                         GroundHit& hit) const {
+                                         double value, Vec3d gradient, GroundHit& hit) const {
   double t = below;
   for (int step = 0; step < 60; ++step) {
-    hit.point = origin + direction * t;
-    const double value = field_.value(hit.point, hit.gradient);
     (value > 0.0 ? above : below) = t;
-    const double slope = dot(hit.gradient, direction);
+    const double slope = dot(gradient, direction);
+    const double steepness = std::max(norm(gradient), kFlattest);
     double next = slope < 0.0 ? t - value / slope : 0.5 * (above + below);
-    if (!(next >= above && next <= below)) next = 0.5 * (above + below);
-    const double move = std::abs(next - t);
-    if (move < 2e-8) {
-      hit.range_m = t;
+    const bool within = next >= above && next <= below;
+    if (!within) next = 0.5 * (above + below);
+    // Floats in the fields leave F uncertain by some 1e-7 m, hence the second condition.
+    const double relative = slope / steepness;
+    if ((within && std::abs(value) < kSettled * relative * relative * steepness) ||
+        below - above < 1e-6) {
+      hit.range_m = next;
+      hit.point = origin + direction * next;
+      hit.gradient = gradient;
       // At a touching point the normal can be a hair's breadth beyond square to the ray.
       return slope < 0.0 ? Outcome::kHit : Outcome::kGrazing;
     }
     t = next;
+    value = field_.value(origin + direction * t, gradient);
   }
   return Outcome::kGrazing;
 }

@@ -37,7 +37,8 @@ class GroundRays {
  private:
   enum class Outcome { kHit, kLeft, kBuried, kGrazing };
   Outcome follow(Vec3d origin, Vec3d direction, double& t, GroundHit& hit) const;
-  Outcome close_in(Vec3d origin, Vec3d direction, double above, double below, GroundHit& hit) const;
+  Outcome close_in(Vec3d origin, Vec3d direction, double above, double below, double value,
+                   Vec3d gradient, GroundHit& hit) const;
 
   const GroundField& field_;
   double shell_m_;

@@ -21,6 +21,7 @@ double tangent(double degrees) { return std::tan(degrees * std::numbers::pi / 18
 PlanLattice lattice_over(const Box2d& box, double step) {
   PlanLattice lattice;
   lattice.step = step;
+  lattice.per_metre = 1.0 / step;
   lattice.x0 = (std::floor(box.min_x / step) - 2) * step;
   lattice.y0 = (std::floor(box.min_y / step) - 2) * step;
   lattice.nx = static_cast<int>(std::ceil((box.max_x - lattice.x0) / step)) + 3;

@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace cornice::simulate {
@@ -30,6 +31,24 @@ struct CubicWeights {
   }
 };
 
+/// The same with three values: C1, cheaper. t in [0, 1) from the middle between the first two.
+struct QuadraticWeights {
+  std::array<float, 3> w;
+  std::array<float, 3> d;
+
+  explicit QuadraticWeights(float t) {
+    const float s = 1.0f - t;
+    w = {0.5f * s * s, 0.5f + t * s, 0.5f * t * t};
+    d = {-s, 1.0f - 2.0f * t, t};
+  }
+};
+
+/// Largest integer not above v; a cast, because std::floor is a call where there is no SSE 4.1.
+inline std::int64_t floor_of(double v) {
+  const auto i = static_cast<std::int64_t>(v);
+  return i - (v < static_cast<double>(i) ? 1 : 0);
+}
+
 /// A lattice in plan, x fastest; node (i, j) lies at (x0 + i step, y0 + j step).
 struct PlanLattice {
   double x0 = 0.0;
@@ -37,6 +56,7 @@ struct PlanLattice {
   double step = 1.0;
   int nx = 0;
   int ny = 0;
+  double per_metre = 1.0 / step;
 
   std::size_t size() const { return static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny); }
   std::size_t index(int i, int j) const {
@@ -53,8 +73,8 @@ struct SplineCell {
   double tx, ty;
 
   SplineCell(const PlanLattice& lattice, double x, double y) {
-    const double u = std::clamp((x - lattice.x0) / lattice.step, 1.0, lattice.nx - 2.001);
-    const double v = std::clamp((y - lattice.y0) / lattice.step, 1.0, lattice.ny - 2.001);
+    const double u = std::clamp((x - lattice.x0) * lattice.per_metre, 1.0, lattice.nx - 2.001);
+    const double v = std::clamp((y - lattice.y0) * lattice.per_metre, 1.0, lattice.ny - 2.001);
     const int i = static_cast<int>(u);
     const int j = static_cast<int>(v);
     tx = u - i;
@@ -90,9 +110,8 @@ struct PlanField {
       sum_x += wy.w[j] * g;
       sum_y += wy.d[j] * v;
     }
-    const double inverse = 1.0 / lattice.step;
-    dx = sum_x * inverse;
-    dy = sum_y * inverse;
+    dx = sum_x * lattice.per_metre;
+    dy = sum_y * lattice.per_metre;
     return sum;
   }
 };
