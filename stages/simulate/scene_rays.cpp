@@ -66,14 +66,18 @@ bool GroundRays::cast(Vec3d origin, Vec3d direction, double far_m, GroundHit& hi
   if (!std::isfinite(sum.x + sum.y + sum.z)) return false;  // Embree ends the program on NaN
   double t = 0.0, end = far_m;
   if (!clip_to_box(bounds_, origin, direction, t, end)) return false;
+  bool in_shell = t == 0.0 && starts_in_shell(origin);
   for (int shell = 0; shell < kMostShells; ++shell) {
-    RayMesh::Hit guide{};
-    const Vec3d start = origin + direction * t - origin_;
-    if (!mesh_->cast(start.cast<float>(), direction.cast<float>(), static_cast<float>(end - t),
-                     guide)) {
-      return false;
+    if (!in_shell) {
+      RayMesh::Hit guide{};
+      const Vec3d start = origin + direction * t - origin_;
+      if (!mesh_->cast(start.cast<float>(), direction.cast<float>(), static_cast<float>(end - t),
+                       guide)) {
+        return false;
+      }
+      t += static_cast<double>(guide.range);
     }
-    t += static_cast<double>(guide.range);
+    in_shell = false;
     switch (follow(origin, direction, t, hit)) {
       case Outcome::kHit:
         return hit.range_m <= far_m;
@@ -89,6 +93,13 @@ bool GroundRays::cast(Vec3d origin, Vec3d direction, double far_m, GroundHit& hi
   }
   grazing_.fetch_add(1, std::memory_order_relaxed);
   return false;
+}
+
+/// A ray from so near the ground meets no guiding mesh on its way to it.
+bool GroundRays::starts_in_shell(Vec3d origin) const {
+  Vec3d gradient;
+  const double value = field_.value(origin, gradient);
+  return value >= 0.0 && value < 3.0 * shell_m_ * std::max(norm(gradient), kFlattest);
 }
 
 /// From range t on the guiding mesh to the ground (kHit) or out of the shell (kLeft, t there).

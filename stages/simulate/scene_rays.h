@@ -36,6 +36,7 @@ class GroundRays {
 
  private:
   enum class Outcome { kHit, kLeft, kBuried, kGrazing };
+  bool starts_in_shell(Vec3d origin) const;
   Outcome follow(Vec3d origin, Vec3d direction, double& t, GroundHit& hit) const;
   Outcome close_in(Vec3d origin, Vec3d direction, double above, double below, double value,
                    Vec3d gradient, GroundHit& hit) const;
