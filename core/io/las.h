@@ -81,6 +81,8 @@ struct LasInfo {
 
 struct LasOpenOptions {
   std::string crs_override;  ///< --crs: replaces what the file says; empty: the file's own
+  /// False: a coordinate system that is there but cannot be read is a warning instead of an error.
+  bool require_readable_crs = true;
 };
 
 /// Reads header, VLRs and EVLRs. A `.zip` with one .las or .laz inside is read as it is.

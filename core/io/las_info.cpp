@@ -29,7 +29,7 @@ std::string wkt_text(const LasInfo& info) {
   const LasVlr* record = find_vlr(info, kProjectionUser, 2112);
   if (record == nullptr) return "";
   std::string text = as_text(record->data);
-  const bool blank = text.find_first_not_of(" \t\r\n") == std::string::npos;
+  const bool blank = text.find_first_not_of(" \t\r\n'\"") == std::string::npos;
   return blank ? "" : text;
 }
 
@@ -139,7 +139,13 @@ LasInfo read_las_info(const std::filesystem::path& path, const LasOpenOptions& o
     info.crs = crs_from_text(options.crs_override);
     info.crs_source = "option";
   } else {
-    take_crs_of_records(info, name);
+    try {
+      take_crs_of_records(info, name);
+    } catch (const InputError& error) {
+      if (options.require_readable_crs) throw;
+      info.crs_source.clear();
+      info.warnings.push_back("the file " + error.problem());
+    }
     take_crs_of_name(info);
   }
   info.data_problem = plan_chunks(*opened.bytes, info).problem;
