@@ -13,9 +13,11 @@
 #include <array>
 #include <atomic>
 #include <cctype>
+#include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <map>
 #include <memory>
 #include <mutex>
 
@@ -29,6 +31,7 @@ constexpr std::uint16_t kRasterTypeKey = 1025;
 constexpr std::uint16_t kGeographicTypeKey = 2048;
 constexpr std::uint16_t kProjectedTypeKey = 3072;
 constexpr std::uint16_t kVerticalTypeKey = 4096;
+constexpr std::uint16_t kVerticalCitationKey = 4097;
 constexpr std::uint16_t kVerticalUnitsKey = 4099;
 constexpr int kKeysTag = 34735;
 constexpr int kDoublesTag = 34736;
@@ -106,6 +109,16 @@ int identify_epsg(const OGRSpatialReference& horizontal) {
   return ambiguous ? 0 : code;
 }
 
+/// The code itself where its definition has the unit of `horizontal`, else 0: files name the code
+/// of a system in metres and store feet.
+int confirmed_epsg(int code, const OGRSpatialReference& horizontal) {
+  if (code == 0 || !horizontal.IsProjected()) return code;
+  OGRSpatialReference defined;
+  if (defined.importFromEPSG(code) != OGRERR_NONE) return 0;
+  constexpr double kTolerance = 1e-9;
+  return std::abs(defined.GetLinearUnits() - horizontal.GetLinearUnits()) < kTolerance ? code : 0;
+}
+
 /// The CRS without its vertical part.
 OGRSpatialReference horizontal_part(const OGRSpatialReference& srs) {
   OGRSpatialReference horizontal(srs);
@@ -137,7 +150,7 @@ std::optional<Crs> describe(OGRSpatialReference srs) {
   crs.projected = srs.IsProjected() != 0;
   crs.has_vertical = srs.IsCompound() || (srs.IsGeographic() && srs.GetAxesCount() == 3);
   const OGRSpatialReference horizontal = srs.IsCompound() ? horizontal_part(srs) : srs;
-  crs.horizontal_epsg = epsg_code(horizontal, nullptr);
+  crs.horizontal_epsg = confirmed_epsg(epsg_code(horizontal, nullptr), horizontal);
   if (crs.horizontal_epsg == 0 && (srs.IsProjected() || srs.IsGeographic())) {
     crs.horizontal_epsg = identify_epsg(horizontal);
   }
@@ -248,16 +261,31 @@ std::uint16_t short_key(const std::vector<unsigned char>& keys, std::uint16_t wa
   return 0;
 }
 
-/// Cuts what runs past the record and corrects the count of keys, which some writers get wrong.
-std::vector<unsigned char> repaired_keys(std::vector<unsigned char> keys) {
+bool has_key(const std::vector<unsigned char>& keys, std::uint16_t wanted) {
+  for (std::size_t at = 8; at + 8 <= keys.size(); at += 8) {
+    if (get16(&keys[at]) == wanted) return true;
+  }
+  return false;
+}
+
+/// The keys in order and each once, without empty ones and without what runs past the record: GDAL
+/// refuses a whole directory for any of these, which real writers leave.
+std::vector<unsigned char> repaired_keys(const std::vector<unsigned char>& keys) {
   if (keys.size() < 16) return {};
   const std::size_t held = keys.size() / 8 - 1;
   const std::size_t count = std::min<std::size_t>(held, get16(&keys[6]));
+  std::map<std::uint16_t, std::size_t> places;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t at = 8 + i * 8;
+    if (get16(&keys[at]) != 0) places.emplace(get16(&keys[at]), at);
+  }
+  if (places.empty()) return {};
   std::vector<unsigned char> repaired(keys.begin(), keys.begin() + 6);
-  put16(repaired, static_cast<std::uint32_t>(count));
-  repaired.insert(repaired.end(), keys.begin() + 8,
-                  keys.begin() + static_cast<std::ptrdiff_t>(8 + count * 8));
-  return count == 0 ? std::vector<unsigned char>{} : repaired;
+  put16(repaired, static_cast<std::uint32_t>(places.size()));
+  for (const auto& [key, at] : places) {
+    for (std::size_t i = 0; i < 8; ++i) repaired.push_back(keys[at + i]);
+  }
+  return repaired;
 }
 
 double vertical_unit_in_metres(std::uint16_t epsg_unit) {
@@ -368,7 +396,11 @@ std::optional<Crs> crs_from_geotiff_keys(const std::vector<unsigned char>& keys,
   if (!dataset) return std::nullopt;
   const OGRSpatialReferenceH handle = GDALGetSpatialRef(dataset.get());
   if (handle == nullptr) return std::nullopt;
-  const OGRSpatialReference srs(*OGRSpatialReference::FromHandle(handle));
+  OGRSpatialReference srs(*OGRSpatialReference::FromHandle(handle));
+  // A unit of heights alone becomes a vertical system without a name.
+  const bool names_vertical =
+      short_key(repaired, kVerticalTypeKey) != 0 || has_key(repaired, kVerticalCitationKey);
+  if (srs.IsCompound() && !names_vertical) srs = horizontal_part(srs);
   // A citation alone becomes a local CRS: a name without any meaning on the ground.
   if (horizontal_part(srs).IsLocal()) return std::nullopt;
   std::optional<Crs> crs = describe(srs);

@@ -152,6 +152,8 @@ TEST(CrsFromGeotiffKeys, TakesTheUnitOfHeightsFromItsKeyWhereThereIsNoVerticalSy
   const auto crs = crs_from_geotiff_keys(
       key_record({{1024, 0, 1, 1}, {3072, 0, 1, 2154}, {4099, 0, 1, 9003}}), {}, "");
   ASSERT_TRUE(crs);
+  EXPECT_EQ(crs->text(), "EPSG:2154");
+  EXPECT_FALSE(crs->has_vertical);
   EXPECT_DOUBLE_EQ(crs->metres_per_unit, 1.0);
   EXPECT_NEAR(crs->vertical_metres_per_unit, 1200.0 / 3937.0, 1e-12);
 }
@@ -166,6 +168,26 @@ TEST(CrsFromGeotiffKeys, GivesNothingForEmptyOrMeaninglessKeys) {
   EXPECT_FALSE(crs_from_geotiff_keys(
       key_record({{1024, 0, 1, 1}, {1026, 34737, 8, 0}, {3076, 0, 1, 9001}}), {}, "unnamed|"));
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+TEST(CrsFromGeotiffKeys, ReadsKeysThatAreFollowedByEmptyOnesDoubledOrOutOfOrder) {
+  const auto crs = crs_from_geotiff_keys(key_record({{3076, 0, 1, 9001},
+                                                     {3072, 0, 1, 32617},
+                                                     {3072, 0, 1, 32618},
+                                                     {1024, 0, 1, 1},
+                                                     {0, 0, 0, 0},
+                                                     {0, 0, 0, 0}}),
+                                         std::vector<unsigned char>(40), "");
+  ASSERT_TRUE(crs);
+  EXPECT_EQ(crs->text(), "EPSG:32617");
+}
+
+TEST(CrsFromGeotiffKeys, DoesNotClaimAMetricCodeForCoordinatesInFeet) {
+  const auto crs = crs_from_geotiff_keys(
+      key_record({{1024, 0, 1, 1}, {3072, 0, 1, 26995}, {3076, 0, 1, 9003}}), {}, "");
+  ASSERT_TRUE(crs);
+  EXPECT_NEAR(crs->metres_per_unit, 1200.0 / 3937.0, 1e-12);
+  EXPECT_NE(crs->horizontal_epsg, 26995);
 }
 
 TEST(CrsFromGeotiffKeys, SurvivesRecordsThatPointPastTheirEnd) {
