@@ -27,6 +27,7 @@ PointFacts examine_points(const std::filesystem::path& path, const ExamineOption
   PointFacts facts;
   LasOpenOptions open;
   open.crs_override = options.crs_text;
+  open.require_readable_crs = false;
   facts.header = read_las_info(path, open);
   PointStatistics statistics(facts.header);
   LasReadOptions read;

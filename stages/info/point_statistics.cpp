@@ -164,7 +164,7 @@ void PointStatistics::finish_density(PointFacts& facts) const {
   std::uint64_t points = 0;
   for (const std::uint64_t count : facts.classes) points += count;
   const Occupancy::Cover cover = occupancy_.cover(kPointsPerCell);
-  if (cover.cells == 0) return;
+  if (static_cast<double>(points) < kPointsPerCell) return;
   facts.cell_m = cover.cell;
   facts.occupied_m2 = static_cast<double>(cover.cells) * cover.cell * cover.cell;
   facts.density_per_m2 = static_cast<double>(points) / facts.occupied_m2;

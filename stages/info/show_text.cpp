@@ -129,8 +129,12 @@ void show_lines(Screen& screen, const PointFacts& facts) {
   for (std::size_t i = 0; i < facts.by_channel.size(); ++i) {
     if (facts.by_channel[i] > 0) channels.push_back(std::to_string(i));
   }
-  std::string text = counted(facts.lines.size(), "point source id");
-  if (channels.size() > 1) text += " and channel";
+  std::size_t ids = 0;
+  for (std::size_t i = 0; i < facts.lines.size(); ++i) {
+    ids += i == 0 || facts.lines[i].point_source_id != facts.lines[i - 1].point_source_id ? 1 : 0;
+  }
+  std::string text = counted(ids, "point source id");
+  if (channels.size() > 1) text += ", " + counted(channels.size(), "channel");
   if (facts.lines_complete && passes > 0) {
     text += ", " + grouped(passes) + (passes == 1 ? " pass" : " passes");
   }
