@@ -82,8 +82,13 @@ std::vector<std::size_t> cut_turns(const std::vector<const PulseBin*>& bins, std
     if (at - last_cut < window) continue;
     const TrackFit before = fit_track(bins, at - window, at);
     const TrackFit after = fit_track(bins, at, at + window);
-    if (before.is_reliable() && after.is_reliable() &&
-        angle_between(before.course_deg, after.course_deg) > options.course_change_deg) {
+    if (!before.is_reliable() || !after.is_reliable() ||
+        angle_between(before.course_deg, after.course_deg) < options.course_change_deg)
+      continue;
+    // Relief at the edge of a swath bends the course of a window; only where one straight line does
+    // far worse than two has the aircraft turned.
+    const TrackFit both = fit_track(bins, at - window, at + window);
+    if (both.residual_m > 2.5 * std::max(before.residual_m, after.residual_m)) {
       cuts.push_back(at);
       last_cut = at;
       ++counts.turns_cut;

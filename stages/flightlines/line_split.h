@@ -39,7 +39,7 @@ struct SplitOptions {
   double gap_s = 1.5;               ///< longer silence may end a pass
   double sure_gap_s = 20.0;         ///< shorter silence ends one only where the course differs
   double longest_gap_s = 300.0;     ///< longer silence always ends one
-  double course_change_deg = 30.0;  ///< ends a pass
+  double course_change_deg = 60.0;  ///< ends a pass: no aircraft turns so far in sure_gap_s
   double window_s = 6.0;            ///< course within a pass is judged by windows this long
 };
 
