@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "bench/orientation/survey.h"
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "core/base/error.h"
+#include "core/io/flight_lines_file.h"
+#include "core/io/las.h"
+#include "core/io/ply.h"
+#include "stages/normals/normals.h"
+
+namespace cornice::bench {
+namespace {
+
+std::string quoted(const std::filesystem::path& path) { return "'" + path.string() + "'"; }
+
+void run_program(const std::string& command, const std::filesystem::path& log) {
+  const std::string line = command + " >" + quoted(log) + " 2>&1";
+  if (std::system(line.c_str()) != 0) {
+    throw RunError(command, "failed; what it said is in " + log.string());
+  }
+}
+
+std::filesystem::path only_file(const std::filesystem::path& folder, const std::string& ending) {
+  std::vector<std::filesystem::path> found;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().string().ends_with(ending)) found.push_back(entry.path());
+  }
+  if (found.size() != 1) {
+    throw RunError(folder.string(), "holds " + std::to_string(found.size()) + " files \"*" +
+                                        ending + "\" instead of one");
+  }
+  return found.front();
+}
+
+}  // namespace
+
+std::string SurveyPlan::name() const {
+  return scene + " " + scanner + (whole_degrees ? " whole" : " fine");
+}
+
+Survey fly(const SurveyPlan& plan, const std::filesystem::path& programs,
+           const std::filesystem::path& scenes, const std::filesystem::path& folder, int threads) {
+  std::filesystem::create_directories(folder);
+  const std::filesystem::path survey = folder / "survey";
+  std::filesystem::remove_all(survey);
+  const std::string common = " --threads " + std::to_string(threads) + " --no-progress --overwrite";
+  // The products differ in how they store the scan angle: point format 1 in whole degrees, point
+  // format 6 in steps of 0.006.
+  run_program(quoted(programs / "cornice-simulate") + " " +
+                  quoted(scenes / (plan.scene + ".yaml")) + " -o " + quoted(survey) +
+                  " --product " + (plan.whole_degrees ? "swisssurface3d" : "lidarhd") +
+                  " --scanner " + plan.scanner + " --tile-size " + std::to_string(plan.tile_m) +
+                  " --density " + std::to_string(plan.density) + " --noise " +
+                  std::to_string(plan.noise_m) + " --seed " + std::to_string(plan.seed) +
+                  " --truth-dem-step 0" + common,
+              folder / "simulate.log");
+  Survey result;
+  result.tile = only_file(survey, ".laz");
+  std::filesystem::path lines = survey / "truth" / "lines.json";
+  if (!plan.true_lines) {
+    lines = folder / "lines.json";
+    run_program(quoted(programs / "cornice-flightlines") + " " + quoted(result.tile) + " -o " +
+                    quoted(lines) + common,
+                folder / "flightlines.log");
+  }
+  result.lines = read_flight_lines(lines);
+  LasReadOptions read;
+  read.attributes = normals::kAttributes;
+  read.threads = threads;
+  result.points = read_las(read_las_info(result.tile), read).points;
+  result.truth = read_ply_points(only_file(survey / "truth", ".points.ply")).normals;
+  if (result.truth.size() != result.points.size()) {
+    throw RunError(result.tile.string(), "has another number of points than its truth");
+  }
+  return result;
+}
+
+}  // namespace cornice::bench
