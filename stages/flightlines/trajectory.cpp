@@ -496,20 +496,86 @@ PathEstimate PathSolver::result(const BlockSolution<kState, kCommon>& solution) 
 }
 
 PathEstimate PathSolver::run() {
+  bool is_settled = false;
   for (int iteration = 0;; ++iteration) {
     weigh();
     System system(states_.size());
     add_observations(system);
     add_priors(system);
     add_motion(system);
-    const bool is_last = iteration + 1 >= options_.iterations;
-    auto solution = solve_blocks(system, true);
+    const bool is_last = is_settled || iteration + 1 >= options_.iterations;
+    const auto solution = solve_blocks(system, is_last);
     const double moved = apply(solution);
-    if (is_last || (iteration > 3 && moved < 0.01)) {
+    if (is_last) {
       weigh();
       return result(solution);
     }
+    is_settled = iteration > 2 && moved < 0.05;
   }
+}
+
+/// A point as the sensor on a path sees it, and its recorded angle.
+struct BodyOffset {
+  double right, fore, down;  ///< of the course, metres
+  double angle_deg;
+};
+
+std::vector<BodyOffset> body_offsets(const LinePass& pass, const PathEstimate& path) {
+  constexpr std::size_t kMost = 3000;
+  std::size_t total = 0;
+  for (const PulseBin* bin : pass.bins) total += bin->any.size();
+  const auto each = static_cast<std::uint32_t>(1 + total / kMost);
+  std::vector<BodyOffset> offsets;
+  const double step = path.nodes[1].time_s - path.nodes[0].time_s;
+  const auto last = static_cast<double>(path.nodes.size() - 2);
+  for (const PulseBin* bin : pass.bins)
+    for (const Pulse& pulse : bin->any) {
+      if (pulse.hash % each != 0) continue;
+      const double at = (pulse.time_s - path.nodes[0].time_s) / step;
+      const auto k = static_cast<std::size_t>(std::clamp(std::floor(at), 0.0, last));
+      const PathNode& a = path.nodes[k];
+      const PathNode& b = path.nodes[k + 1];
+      const double w = at - static_cast<double>(k);
+      const Vec3d d =
+          bin->origin + pulse.last.cast<double>() - a.position - (b.position - a.position) * w;
+      const double course = std::atan2(a.velocity.x, a.velocity.y);
+      const double s = std::sin(course), c = std::cos(course);
+      offsets.push_back({d.x * c - d.y * s, d.x * s + d.y * c, -d.z, pulse.angle_deg});
+    }
+  return offsets;
+}
+
+/// Residual of recorded angles, were they measured square to a heading `crab` off the course.
+AngleAgreement agreement_at(const std::vector<BodyOffset>& offsets, int sign, double crab) {
+  std::vector<double> difference;
+  difference.reserve(offsets.size());
+  const double s = std::sin(crab), c = std::cos(crab);
+  for (const BodyOffset& o : offsets)
+    difference.push_back(std::atan2(o.right * c - o.fore * s, o.down) / kRadians -
+                         sign * o.angle_deg);
+  std::vector<double> work = difference;
+  const double offset = median_of(work);
+  for (double& value : difference) value = std::abs(value - offset);
+  return {sign, 1.4826 * median_of(difference), offset};
+}
+
+/// The crab angle that recorded angles agree with best; a conical scanner shows it, a plane does
+/// not care.
+AngleAgreement best_crab(const std::vector<BodyOffset>& offsets, int sign) {
+  AngleAgreement best = agreement_at(offsets, sign, 0.0);
+  double at = 0.0;
+  for (const double step : {4.0, 1.0, 0.25}) {
+    const double middle = at;
+    for (int i = -5; i <= 5; ++i) {
+      const double crab = std::clamp(middle + i * step * kRadians, -kLargestCrab, kLargestCrab);
+      const AngleAgreement trial = agreement_at(offsets, sign, crab);
+      if (trial.residual_deg < best.residual_deg) {
+        best = trial;
+        at = crab;
+      }
+    }
+  }
+  return best;
 }
 
 }  // namespace
@@ -534,40 +600,17 @@ PathEstimate solve_path(const LinePass& pass, const TrackFit& start, int sign, S
 }
 
 AngleAgreement compare_angles(const LinePass& pass, const PathEstimate& path) {
-  std::vector<double> predicted, recorded;
-  const double step = path.nodes[1].time_s - path.nodes[0].time_s;
-  const auto last = static_cast<double>(path.nodes.size() - 2);
-  for (const PulseBin* bin : pass.bins)
-    for (const Pulse& pulse : bin->any) {
-      const double at = (pulse.time_s - path.nodes[0].time_s) / step;
-      const auto k = static_cast<std::size_t>(std::clamp(std::floor(at), 0.0, last));
-      const PathNode& a = path.nodes[k];
-      const PathNode& b = path.nodes[k + 1];
-      const double w = at - static_cast<double>(k);
-      const Vec3d d =
-          bin->origin + pulse.last.cast<double>() - a.position - (b.position - a.position) * w;
-      const double heading = a.heading_deg * kRadians;
-      predicted.push_back(std::atan2(d.x * std::cos(heading) - d.y * std::sin(heading), -d.z) /
-                          kRadians);
-      recorded.push_back(pulse.angle_deg);
-    }
-  AngleAgreement best;
-  double other = 0.0;
-  for (const int sign : {1, -1}) {
-    std::vector<double> difference(predicted.size());
-    for (std::size_t i = 0; i < predicted.size(); ++i)
-      difference[i] = predicted[i] - sign * recorded[i];
-    std::vector<double> sorted = difference;
-    const double offset = median_of(sorted);
-    for (double& value : difference) value = std::abs(value - offset);
-    const double residual = 1.4826 * median_of(difference);
-    // A wrong sign shows as spread in a wide swath and as an offset in a narrow one.
-    const double wrong = residual + std::abs(offset);
-    if (sign == 1 || wrong < other) best = {sign, residual, offset};
-    other = sign == 1 ? wrong : std::max(other, wrong);
-  }
-  const double right = best.residual_deg + std::abs(best.offset_deg);
-  if (!(other > 1.5 * right + 0.1)) best.sign = 0;
+  const std::vector<BodyOffset> offsets = body_offsets(pass, path);
+  if (offsets.size() < 20) return {};
+  AngleAgreement best, other;
+  best = best_crab(offsets, 1);
+  other = best_crab(offsets, -1);
+  // A wrong sign shows as spread in a wide swath and as an offset in a narrow one.
+  const auto wrong = [](const AngleAgreement& a) {
+    return a.residual_deg + std::abs(a.offset_deg);
+  };
+  if (wrong(other) < wrong(best)) std::swap(best, other);
+  if (!(wrong(other) > 1.5 * wrong(best) + 0.1)) best.sign = 0;
   return best;
 }
 
