@@ -75,6 +75,9 @@ void find_crs_defects(const PointFacts& facts, Defects& defects) {
         "coordinates are degrees; slopes and distances need a projected system");
   } else if (std::abs(crs.metres_per_unit - 1.0) > 1e-9) {
     add(defects, "feet", "coordinates are " + unit_name(crs.metres_per_unit) + ", not metres");
+  } else if (!crs.projected) {
+    add(defects, "not_projected",
+        "the coordinate reference system is no map projection (geocentric or local)");
   }
   if (crs.projected && std::abs(crs.vertical_metres_per_unit - crs.metres_per_unit) > 1e-9) {
     add(defects, "mixed_units",
