@@ -20,8 +20,7 @@ constexpr std::size_t kWindowBytes = 1u << 20;
 constexpr std::size_t kHeaderBytes = 375;
 constexpr std::size_t kVlrHeader = 54;
 
-/// The bytes of a header, then those of a chunk, as one stream. LASzip takes the end of a stream
-/// for bytes of 255 unless the stream turns bad, so reading on at the end throws.
+/// The bytes of a header, then those of a chunk, as one stream.
 class SplicedBuffer : public std::streambuf {
  public:
   SplicedBuffer(std::vector<std::uint8_t> head, std::span<const std::uint8_t> body)
@@ -29,11 +28,13 @@ class SplicedBuffer : public std::streambuf {
   SplicedBuffer(std::vector<std::uint8_t> head, ByteSource& source, std::uint64_t offset,
                 std::uint64_t bytes)
       : head_(std::move(head)), source_(&source), offset_(offset), size_(head_.size() + bytes) {}
+  /// The stream that reads this, to be told of the end.
+  void set_stream(std::istream& stream) { stream_ = &stream; }
 
  protected:
   int_type underflow() override {
     const std::uint64_t at = position();
-    if (at >= size_) throw std::out_of_range("end of the chunk");
+    if (at >= size_) end_stream();
     show(at);
     return traits_type::to_int_type(*gptr());
   }
@@ -54,6 +55,12 @@ class SplicedBuffer : public std::streambuf {
   }
 
  private:
+  /// LASzip 3.5 looks at eofbit and older ones at badbit; what goes unseen is decoded as bytes of
+  /// 255 for ever. The exception becomes badbit in std::istream.
+  [[noreturn]] void end_stream() {
+    if (stream_ != nullptr) stream_->setstate(std::ios_base::eofbit);
+    throw std::out_of_range("end of the chunk");
+  }
   std::uint64_t position() const {
     return shown_from_ + static_cast<std::uint64_t>(gptr() - eback());
   }
@@ -72,7 +79,7 @@ class SplicedBuffer : public std::streambuf {
       window_ =
           read_bytes(*source_, offset_ + at - head_.size(),
                      static_cast<std::size_t>(std::min<std::uint64_t>(kWindowBytes, size_ - at)));
-      if (window_.empty()) throw std::out_of_range("end of the file");
+      if (window_.empty()) end_stream();
       show_bytes(window_.data(), window_.size(), at);
     }
   }
@@ -84,6 +91,7 @@ class SplicedBuffer : public std::streambuf {
   std::uint64_t size_;
   std::uint64_t shown_from_ = 0;
   std::vector<std::uint8_t> window_;
+  std::istream* stream_ = nullptr;
 };
 
 /// A header under which LASzip reads `points` points that follow at once.
@@ -236,9 +244,13 @@ std::string error_of(laszip_POINTER handle) {
 /// One LASzip reader and the stream it reads.
 struct LaszipDecoder::Session {
   Session(const PointChunk& c, std::vector<std::uint8_t> head, std::span<const std::uint8_t> body)
-      : chunk(c), buffer(std::move(head), body), stream(&buffer) {}
+      : chunk(c), buffer(std::move(head), body), stream(&buffer) {
+    buffer.set_stream(stream);
+  }
   Session(const PointChunk& c, std::vector<std::uint8_t> head, ByteSource& source)
-      : chunk(c), buffer(std::move(head), source, c.offset, c.bytes), stream(&buffer) {}
+      : chunk(c), buffer(std::move(head), source, c.offset, c.bytes), stream(&buffer) {
+    buffer.set_stream(stream);
+  }
   ~Session() {
     if (handle == nullptr) return;
     if (opened) laszip_close_reader(handle);
@@ -298,17 +310,32 @@ LaszipDecoder::LaszipDecoder(const LasInfo& info, const LazVlr& laz, Attribute a
 
 LaszipDecoder::~LaszipDecoder() = default;
 
-std::string LaszipDecoder::check(const PointChunk& chunk,
-                                 std::span<const std::uint8_t> bytes) const {
-  if (laz_.compressor != LazVlr::kLayered) return "";
-  const std::optional<LayeredHead> head = read_layered_head(laz_, bytes);
-  if (!head) return "has " + std::to_string(chunk.bytes) + " bytes, too few for its head";
-  if (head->points < chunk.points) {
-    return "says it holds " + std::to_string(head->points) + " points";
+std::string LaszipDecoder::check(const PointChunk& chunk, ByteSource& source,
+                                 std::uint64_t start) const {
+  if (laz_.compressor == LazVlr::kNone) return "";
+  std::vector<std::uint64_t> coded{info_.record_bytes};  // behind the first record
+  if (laz_.compressor == LazVlr::kLayered) {
+    const std::optional<LayeredHead> head =
+        read_layered_head(laz_, read_bytes(source, start, layered_head_bytes(laz_)));
+    if (!head) return "has " + std::to_string(chunk.bytes) + " bytes, too few for its head";
+    if (head->points < chunk.points) {
+      return "says it holds " + std::to_string(head->points) + " points";
+    }
+    if (head->chunk_bytes > chunk.bytes) {
+      return "claims " + std::to_string(head->chunk_bytes) + " bytes, it has " +
+             std::to_string(chunk.bytes);
+    }
+    coded = head->layer_offsets;
   }
-  if (head->chunk_bytes <= chunk.bytes) return "";
-  return "claims " + std::to_string(head->chunk_bytes) + " bytes, it has " +
-         std::to_string(chunk.bytes);
+  // Arithmetic coders start below 0xffffffff. LASzip relies on it: from there it would read tables
+  // beyond their ends.
+  const std::vector<std::uint8_t> impossible(4, 0xff);
+  for (const std::uint64_t offset : coded) {
+    if (read_bytes(source, start + offset, 4) == impossible) {
+      return "is damaged " + std::to_string(offset) + " bytes behind its start";
+    }
+  }
+  return "";
 }
 
 LazVlr LaszipDecoder::record_for(const PointChunk& chunk) const {
@@ -323,14 +350,14 @@ LazVlr LaszipDecoder::record_for(const PointChunk& chunk) const {
 }
 
 std::string LaszipDecoder::open(const PointChunk& chunk, std::span<const std::uint8_t> bytes) {
-  if (std::string wrong = check(chunk, bytes); !wrong.empty()) return wrong;
+  MemorySource memory(bytes);
+  if (std::string wrong = check(chunk, memory, 0); !wrong.empty()) return wrong;
   return start(
       std::make_unique<Session>(chunk, make_header(info_, record_for(chunk), chunk.points), bytes));
 }
 
 std::string LaszipDecoder::open_stream(const PointChunk& chunk, ByteSource& source) {
-  const std::vector<std::uint8_t> head = read_bytes(source, chunk.offset, layered_head_bytes(laz_));
-  if (std::string wrong = check(chunk, head); !wrong.empty()) return wrong;
+  if (std::string wrong = check(chunk, source, chunk.offset); !wrong.empty()) return wrong;
   return start(std::make_unique<Session>(chunk, make_header(info_, record_for(chunk), chunk.points),
                                          source));
 }

@@ -60,7 +60,7 @@ class LaszipDecoder {
 
  private:
   struct Session;
-  std::string check(const PointChunk& chunk, std::span<const std::uint8_t> bytes) const;
+  std::string check(const PointChunk& chunk, ByteSource& source, std::uint64_t start) const;
   LazVlr record_for(const PointChunk& chunk) const;
   std::string start(std::unique_ptr<Session> session);
 

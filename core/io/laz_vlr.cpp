@@ -175,8 +175,12 @@ std::optional<LayeredHead> read_layered_head(const LazVlr& record,
   if (chunk.size() < head_bytes) return std::nullopt;
   std::size_t at = 0;
   for (const LazVlr::Item& item : record.items) at += item.size;
-  LayeredHead head{load_le<std::uint32_t>(chunk, at), head_bytes};
-  for (at += 4; at < head_bytes; at += 4) head.chunk_bytes += load_le<std::uint32_t>(chunk, at);
+  LayeredHead head{load_le<std::uint32_t>(chunk, at), head_bytes, {}};
+  for (at += 4; at < head_bytes; at += 4) {
+    const auto bytes = load_le<std::uint32_t>(chunk, at);
+    if (bytes > 0) head.layer_offsets.push_back(head.chunk_bytes);
+    head.chunk_bytes += bytes;
+  }
   return head;
 }
 

@@ -41,7 +41,8 @@ std::vector<std::uint8_t> encode_laz_vlr(const LazVlr& record);
 /// The head of a chunk of kLayered: first record as it is, number of points, size of each layer.
 struct LayeredHead {
   std::uint32_t points = 0;
-  std::uint64_t chunk_bytes = 0;  ///< head and layers together
+  std::uint64_t chunk_bytes = 0;             ///< head and layers together
+  std::vector<std::uint64_t> layer_offsets;  ///< in the chunk, of layers that are not empty
 };
 
 /// Bytes of that head.

@@ -308,6 +308,18 @@ TEST(ReadablePart, EndsBeforeTheFirstDamagedChunkWithAnyNumberOfThreads) {
   }
 }
 
+TEST(ReadablePart, EndsWhereAChunkBeginsWithBytesThatNoCoderWrites) {
+  const TemporaryFolder folder;
+  const auto path = folder / "impossible.laz";
+  for (const int format : {1, 6}) {
+    const Bytes whole = point_file(laz(format), kPoints);
+    // Behind the first record; of layered chunks also behind their number and nine sizes.
+    const std::size_t coded = points_at(whole) + 8 + (format == 1 ? 28 : 30 + 4 + 9 * 4);
+    write_file(path, patched<std::uint32_t>(whole, coded, 0xffffffffu));
+    EXPECT_THAT(read_error(path), HasSubstr("is damaged"));
+  }
+}
+
 TEST(HostileHeaders, AnAbsurdCountOfPointsDoesNotTakeMemory) {
   const TemporaryFolder folder;
   const auto path = folder / "hostile.laz";
