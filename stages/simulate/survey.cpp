@@ -71,6 +71,7 @@ double points_per_hertz(const SurveySetup& survey, const ScannerOptions& options
   SurveySetup trial = survey;
   trial.scanner = &scanner;
   trial.defects = DefectOptions{};
+  for (SurveyLine& line : trial.lines) line.offset = {};
   trial.pulse_rate = kTrialPulses / survey.trajectory->measuring_s();
   double points = 0.0;
   for (std::size_t pass = 0; pass < survey.trajectory->passes().size(); ++pass)
