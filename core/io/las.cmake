@@ -5,5 +5,5 @@ target_link_libraries(cornice_las PUBLIC cornice_points cornice_geo
                                   PRIVATE LASzip::LASzip GDAL::GDAL)
 target_sources(cornice_las PRIVATE byte_source.cpp zip_source.cpp las_header.cpp las_vlr.cpp
                                    laz_vlr.cpp laz_chunk_table.cpp las_chunks.cpp
-                                   laszip_decoder.cpp copc_hierarchy.cpp ordered_work.cpp
+                                   laszip_stream.cpp laszip_decoder.cpp copc_hierarchy.cpp ordered_work.cpp
                                    las_decode.cpp lax_reader.cpp)

@@ -20,7 +20,7 @@ void plan_las(const LasInfo& info, ChunkPlan& plan) {
   const std::uint64_t there = bytes / info.record_bytes;
   if (info.point_count > there) {
     plan.problem = "is cut short: the header announces " + text(info.point_count) +
-                   " points, the file has room for " + text(there) + " of " +
+                   " points, the file has room for " + text(there) + " records of " +
                    text(info.record_bytes) + " bytes from byte " + text(info.point_data_offset) +
                    " on; download or copy it again";
   }

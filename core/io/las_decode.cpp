@@ -260,7 +260,8 @@ void LasPass::keep_inside(PointCloud& block, const StoredBounds& bounds) const {
 }
 
 void LasPass::finish(DecodeSummary& summary) const {
-  if (summary.problem.empty()) summary.problem = plan_.problem;
+  // What is wrong with the file as a whole says more than where decoding then stopped.
+  if (!plan_.problem.empty()) summary.problem = plan_.problem;
   if (!summary.problem.empty() && !options_.keep_readable_part) {
     throw InputError(info_.path.string(), summary.problem);
   }

@@ -135,10 +135,45 @@ void load_bounds(const std::vector<std::uint8_t>& bytes, LasInfo& info) {
   }
 }
 
+LasContainer container_of(const LasInfo& info, bool marked_compressed, const std::string& name) {
+  const bool has_laszip_record = find_vlr(info, "laszip encoded", 22204) != nullptr;
+  if (marked_compressed && !has_laszip_record) {
+    throw InputError(name,
+                     "is marked as compressed (byte 104) but has no LASzip record before its "
+                     "points; download it again or make it anew");
+  }
+  if (!has_laszip_record) return LasContainer::kLas;
+  const LasVlr& first = info.vlrs.front();
+  const bool is_copc = first.user_id == "copc" && first.record_id == 1;
+  return is_copc ? LasContainer::kCopc : LasContainer::kLaz;
+}
+
 GpsTimeType gps_time_type_of(const LasInfo& info) {
   if (info.point_format == 0 || info.point_format == 2) return GpsTimeType::kNone;
   return (info.global_encoding & kAdjustedTimeBit) != 0 ? GpsTimeType::kAdjustedStandard
                                                         : GpsTimeType::kWeekSeconds;
+}
+
+/// The fields of the header as they stand there.
+LasInfo load_fields(const std::vector<std::uint8_t>& bytes) {
+  LasInfo info;
+  info.version_minor = bytes[25];
+  // LAS 1.0 has a reserved field where later versions have the file's id and the encoding.
+  if (info.version_minor > 0) info.file_source_id = load_le<std::uint16_t>(bytes, 4);
+  if (info.version_minor > 1) info.global_encoding = load_le<std::uint16_t>(bytes, 6);
+  info.system_identifier = load_text(bytes, 26, 32);
+  info.generating_software = load_text(bytes, 58, 32);
+  info.creation_day = load_le<std::uint16_t>(bytes, 90);
+  info.creation_year = load_le<std::uint16_t>(bytes, 92);
+  info.point_data_offset = load_le<std::uint32_t>(bytes, 96);
+  info.point_format = bytes[104] & 0x3f;  // the upper bits mark compression
+  info.record_bytes = load_le<std::uint16_t>(bytes, 105);
+  info.scale = load_vec(bytes, 131);
+  info.offset = load_vec(bytes, 155);
+  load_counts(bytes, info);
+  load_bounds(bytes, info);
+  info.gps_time_type = gps_time_type_of(info);
+  return info;
 }
 
 }  // namespace
@@ -150,51 +185,24 @@ std::size_t las_base_record_bytes(int point_format) {
 
 LasInfo parse_las(ByteSource& source, const std::string& name) {
   const std::vector<std::uint8_t> bytes = read_header(source, name);
-  LasInfo info;
-  info.file_bytes = source.size();
-  info.version_minor = bytes[25];
-  // LAS 1.0 has a reserved field where later versions have the file's id and the encoding.
-  if (info.version_minor > 0) info.file_source_id = load_le<std::uint16_t>(bytes, 4);
-  if (info.version_minor > 1) info.global_encoding = load_le<std::uint16_t>(bytes, 6);
-  info.system_identifier = load_text(bytes, 26, 32);
-  info.generating_software = load_text(bytes, 58, 32);
-  info.creation_day = load_le<std::uint16_t>(bytes, 90);
-  info.creation_year = load_le<std::uint16_t>(bytes, 92);
   const std::size_t header_bytes = load_le<std::uint16_t>(bytes, 94);
-  info.point_data_offset = load_le<std::uint32_t>(bytes, 96);
-  const auto vlr_count = load_le<std::uint32_t>(bytes, 100);
-  info.point_format = bytes[104] & 0x3f;
-  info.record_bytes = load_le<std::uint16_t>(bytes, 105);
+  LasInfo info = load_fields(bytes);
+  info.file_bytes = source.size();
+  info.point_data_end = source.size();
   check_layout(name, header_bytes, source.size(), info);
-  info.scale = load_vec(bytes, 131);
-  info.offset = load_vec(bytes, 155);
   check_scale(name, 'x', info.scale.x, info.offset.x);
   check_scale(name, 'y', info.scale.y, info.offset.y);
   check_scale(name, 'z', info.scale.z, info.offset.z);
-  load_counts(bytes, info);
-  load_bounds(bytes, info);
-  info.gps_time_type = gps_time_type_of(info);
   info.extra_stride = info.record_bytes - las_base_record_bytes(info.point_format);
-  info.point_data_end = source.size();
 
-  parse_vlrs(source, name, header_bytes, vlr_count, info);
+  parse_vlrs(source, name, header_bytes, load_le<std::uint32_t>(bytes, 100), info);
   if (info.version_minor >= 4) {
     parse_evlrs(source, load_le<std::uint64_t>(bytes, 235), load_le<std::uint32_t>(bytes, 243),
                 info);
   }
   parse_extra_bytes(info);
   const bool marked_compressed = (bytes[104] & 0x80) != 0;
-  const bool has_laszip_record = find_vlr(info, "laszip encoded", 22204) != nullptr;
-  if (marked_compressed && !has_laszip_record) {
-    throw InputError(name,
-                     "is marked as compressed (byte 104) but has no LASzip record before its "
-                     "points; download it again or make it anew");
-  }
-  if (has_laszip_record) {
-    const LasVlr& first = info.vlrs.front();
-    const bool is_copc = first.user_id == "copc" && first.record_id == 1;
-    info.container = is_copc ? LasContainer::kCopc : LasContainer::kLaz;
-  }
+  info.container = container_of(info, marked_compressed, name);
   return info;
 }
 
