@@ -18,8 +18,13 @@ if(CORNICE_BUILD_FUZZ)
   list(TRANSFORM parsers APPEND ".cpp")
   add_executable(fuzz-las fuzz/las_fuzz.cpp fuzz/las_entry.cpp ${parsers})
   cornice_configure(fuzz-las)
-  target_compile_options(fuzz-las PRIVATE -fsanitize=fuzzer,address,undefined
-                                          -fno-sanitize-recover=undefined)
+  target_compile_options(fuzz-las PRIVATE -g -fsanitize=fuzzer,address,undefined
+                                          -fno-sanitize-recover=all -UNDEBUG)
   target_link_options(fuzz-las PRIVATE -fsanitize=fuzzer,address,undefined)
   target_link_libraries(fuzz-las PRIVATE cornice_base GDAL::GDAL)
+  add_test(NAME fuzz.las_corpus COMMAND fuzz-las-corpus "${CMAKE_CURRENT_BINARY_DIR}/las-corpus")
+  set_tests_properties(fuzz.las_corpus PROPERTIES FIXTURES_SETUP las-corpus)
+  add_test(NAME fuzz.las COMMAND fuzz-las -max_total_time=15 -max_len=16384 -rss_limit_mb=1024
+                                 "${CMAKE_CURRENT_BINARY_DIR}/las-corpus")
+  set_tests_properties(fuzz.las PROPERTIES FIXTURES_REQUIRED las-corpus)
 endif()

@@ -78,5 +78,50 @@ TEST(RealFiles, EveryFileThatLaszipReadsGivesTheSameBytesWithOneTwoAndThreeThrea
   EXPECT_GE(compared, 3);
 }
 
+/// What becomes of a file: "points" of how many, or the error or problem.
+std::string outcome(const std::filesystem::path& file) {
+  try {
+    const LasInfo info = read_las_info(file);
+    LasReadOptions options{.attributes = Attribute::kAll};
+    options.keep_readable_part = true;
+    const LasReadResult result = read_las(info, options);
+    const std::string count = std::to_string(result.points.size());
+    return result.problem.empty() ? count + " points" : count + " points, " + result.problem;
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.subject(), file.string());
+    EXPECT_THAT(error.problem(), ::testing::HasSubstr("; ")) << "no remedy";
+    EXPECT_THAT(error.problem(), ::testing::Not(::testing::HasSubstr("\n")));
+    return error.problem();
+  }
+}
+
+TEST(RealFiles, EachBadOneGivesWhatItCanOrEndsInItsOneClearLine) {
+  const std::filesystem::path folder = std::filesystem::path(CORNICE_TEST_DATA) / "robustness";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no folder " << folder;
+  const std::vector<std::pair<std::string, std::string>> expected = {
+      {"derived_header_only_100_bytes.las", "ends inside the header, after 100 of 227 bytes"},
+      {"derived_truncated_60pct_bcts_4.laz", "358286 points, is cut short: its chunk table"},
+      {"derived_truncated_midrecord_autzen_trim.las", "29351 points, is cut short"},
+      {"derived_zero_bytes.laz", "is empty"},
+      {"git_lfs_pointer_red-rocks.laz", "git-lfs pointer"},
+      {"ign_Semis_2022_0906_6665_LA93_IGN69_nok.laz", "its writer did not finish"},
+      {"ign_test_pdalfail_0643_6319_LA93_IGN69.laz", "EPSG:65535"},
+      {"lasR_las14_pdrf6.laz", "coordinate system that cannot be read"},
+      {"lasR_malformed_extrabytes.las", "10 points"},
+      {"pdal_bad_vlr_count.las", "10 points"},
+      {"pdal_garbage_nVariableLength.las", "718 points, is cut short"},
+      {"pdal_gps-time-nan.las", "1 points"},
+      {"pdal_laszip-generated_with2bytespadding.laz", "1065 points"},
+      {"pdal_lots_of_vlr.las", "1 points"},
+      {"pdal_no-points.las", "0 points"},
+      {"pdal_permutations_1.2-no-points.las", "0 points, is cut short"},
+      {"pdal_simple-laszip-compressor-version-1.2r0.laz", "1065 points"}};
+  for (const auto& [name, words] : expected) {
+    if (!std::filesystem::exists(folder / name)) continue;
+    EXPECT_THAT(outcome(folder / name), ::testing::HasSubstr(words)) << name;
+  }
+  for (const auto& file : point_files_below(folder)) EXPECT_NE(outcome(file), "") << file;
+}
+
 }  // namespace
 }  // namespace cornice::test
