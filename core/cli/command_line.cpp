@@ -16,7 +16,7 @@ constexpr int kHelpColumns = 100;
 constexpr std::size_t kHelpIndent = 32;
 
 std::string cli11_name(const Option& option) {
-  const std::string title = option.title();
+  std::string title = option.title();
   if (option.is_positional() || option.short_flag() == '\0') return title;
   return std::string("-") + option.short_flag() + "," + title;
 }
@@ -129,7 +129,7 @@ std::string explanation(const Option& option) {
   }
   const bool told = !option.default_text().empty() && !option.is_flag() && !option.is_required();
   if (told) facts.push_back("default " + option.default_text());
-  if (option.is_required() && !option.is_positional()) facts.push_back("required");
+  if (option.is_required() && !option.is_positional()) facts.emplace_back("required");
   if (facts.empty()) return text;
   text += " (" + facts[0];
   for (std::size_t i = 1; i < facts.size(); ++i) text += "; " + facts[i];

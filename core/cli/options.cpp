@@ -78,33 +78,38 @@ std::string list_text(const std::vector<T>& values, const ToText& to_text) {
   return joined(parts, ",");
 }
 
-/// Every number the field holds, for the range check. (Parameters are not const: a variant of plain
-/// pointers would choose the general case instead.)
+/// Every number the field holds, for the range check.
 std::vector<double> numbers_of(const Option::Field& field) {
   return std::visit(
-      Overload{[](int* v) { return std::vector<double>{static_cast<double>(*v)}; },
-               [](std::uint64_t* v) { return std::vector<double>{static_cast<double>(*v)}; },
-               [](float* v) { return std::vector<double>{static_cast<double>(*v)}; },
-               [](double* v) { return std::vector<double>{*v}; },
-               [](std::optional<double>* v) {
-                 return *v ? std::vector<double>{**v} : std::vector<double>{};
-               },
-               [](std::vector<int>* v) { return std::vector<double>(v->begin(), v->end()); },
-               [](std::vector<double>* v) { return *v; },
-               [](const auto&) { return std::vector<double>{}; }},
+      [](const auto& pointer) -> std::vector<double> {
+        using Target = std::decay_t<decltype(pointer)>;
+        if constexpr (std::is_same_v<Target, std::optional<double>*>) {
+          return *pointer ? std::vector<double>{**pointer} : std::vector<double>{};
+        } else if constexpr (std::is_same_v<Target, std::vector<int>*> ||
+                             std::is_same_v<Target, std::vector<double>*>) {
+          return {pointer->begin(), pointer->end()};
+        } else if constexpr (std::is_arithmetic_v<std::remove_pointer_t<Target>>) {
+          return {static_cast<double>(*pointer)};
+        } else {
+          return {};
+        }
+      },
       field);
 }
 
 /// True where no value has been given and none is there by default.
 bool is_unset(const Option::Field& field) {
   return std::visit(
-      Overload{[](std::optional<double>* v) { return !v->has_value(); },
-               [](std::string* v) { return v->empty(); }, [](fs::path* v) { return v->empty(); },
-               [](std::vector<int>* v) { return v->empty(); },
-               [](std::vector<double>* v) { return v->empty(); },
-               [](std::vector<std::string>* v) { return v->empty(); },
-               [](std::vector<fs::path>* v) { return v->empty(); },
-               [](const auto&) { return false; }},
+      [](const auto& pointer) {
+        using Target = std::decay_t<decltype(pointer)>;
+        if constexpr (std::is_same_v<Target, std::optional<double>*>) {
+          return !pointer->has_value();
+        } else if constexpr (requires { pointer->empty(); }) {
+          return pointer->empty();
+        } else {
+          return false;
+        }
+      },
       field);
 }
 

@@ -114,8 +114,8 @@ Report::Report(std::string tool, bool with_checksums)
            {"warnings", Json::array()}};
 }
 
-void Report::add_parameter(const std::string& name, nlohmann::json value) {
-  data_["parameters"][name] = std::move(value);
+void Report::add_parameter(const std::string& name, const nlohmann::json& value) {
+  data_["parameters"][name] = value;
 }
 
 void Report::add_input(const fs::path& path) {
@@ -140,8 +140,8 @@ void Report::count(const std::string& name, std::uint64_t value) {
   counts[name] = (counts.contains(name) ? counts[name].get<std::uint64_t>() : 0) + value;
 }
 
-void Report::quality(const std::string& name, nlohmann::json value) {
-  data_["quality"][name] = std::move(value);
+void Report::quality(const std::string& name, const nlohmann::json& value) {
+  data_["quality"][name] = value;
 }
 
 void Report::warn(const std::string& message) {
@@ -156,21 +156,22 @@ void Report::step(const std::string& name, const std::function<void()>& body) {
   if (index == steps.size()) {
     steps.push_back({{"name", name}, {"runs", 0}, {"seconds", 0.0}, {"peak_memory_bytes", 0}});
   }
-  // The time counts where the body throws, too: a failed run's report shows where it went.
-  struct Timer {
-    Json& data;
-    std::size_t index;
-    std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
-    ~Timer() {
-      Json& entry = data["steps"][index];
-      const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-      entry["runs"] = entry["runs"].get<int>() + 1;
-      entry["seconds"] = entry["seconds"].get<double>() + elapsed.count();
-      entry["peak_memory_bytes"] = peak_resident_bytes();
-    }
+  const auto start = std::chrono::steady_clock::now();
+  const auto record = [&] {
+    nlohmann::ordered_json& entry = data_["steps"][index];
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+    entry["runs"] = entry["runs"].get<int>() + 1;
+    entry["seconds"] = entry["seconds"].get<double>() + elapsed.count();
+    entry["peak_memory_bytes"] = peak_resident_bytes();
   };
-  const Timer timer{data_, index};
-  body();
+  try {
+    body();
+  } catch (...) {
+    // A failed run's report shows where the time went.
+    record();
+    throw;
+  }
+  record();
 }
 
 void Report::finish(const std::string& outcome, const std::string& error, int exit_code) {

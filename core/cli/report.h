@@ -18,7 +18,7 @@ class Report {
   /// tool: "cornice-normals". Checksums cost one pass over every input; without them the report
   /// holds none.
   explicit Report(std::string tool, bool with_checksums = true);
-  void add_parameter(const std::string& name, nlohmann::json value);
+  void add_parameter(const std::string& name, const nlohmann::json& value);
   /// Records path, size and xxh3 checksum of an input; once per path. Throws InputError where it
   /// cannot be read or is a folder.
   void add_input(const std::filesystem::path& path);
@@ -26,7 +26,7 @@ class Report {
   void add_output(const std::filesystem::path& path);
   /// Adds to a named count.
   void count(const std::string& name, std::uint64_t value);
-  void quality(const std::string& name, nlohmann::json value);
+  void quality(const std::string& name, const nlohmann::json& value);
   /// Also logged at level warning.
   void warn(const std::string& message);
   /// Runs body as a named, timed step. Steps of one name add up. Steps may nest; the outer one's

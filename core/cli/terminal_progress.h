@@ -21,6 +21,8 @@ class TerminalProgress : public Progress {
   /// cancelled: set from outside once the work shall stop; must outlive this.
   TerminalProgress(ProgressStyle style, const std::atomic<bool>& cancelled);
   ~TerminalProgress() override;
+  TerminalProgress(const TerminalProgress&) = delete;
+  TerminalProgress& operator=(const TerminalProgress&) = delete;
   void begin(std::string_view step, std::uint64_t total) override;
   void advance(std::uint64_t work) override;
   void end() override;
@@ -31,7 +33,7 @@ class TerminalProgress : public Progress {
 
  private:
   using Clock = std::chrono::steady_clock;
-  void show(std::uint64_t done, double seconds);
+  void show(std::uint64_t done, double elapsed_s);
   void line(const std::string& text);
 
   const ProgressStyle style_;
@@ -48,9 +50,9 @@ class TerminalProgress : public Progress {
 
 /// "fit  [#####.....]  50 %  1:05 left" of at most `width` columns. total 0: work done and rate.
 std::string progress_bar_text(const std::string& step, std::uint64_t done, std::uint64_t total,
-                              double seconds, int width);
+                              double elapsed_s, int width);
 
 /// "0:07", "12:05", "3:00:00".
-std::string duration_text(double seconds);
+std::string duration_text(double elapsed_s);
 
 }  // namespace cornice

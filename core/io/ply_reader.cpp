@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 // Records that stay in the first-level cache while their columns are taken apart.
 constexpr std::size_t kBlockRecords = 1024;
 // Above this a float cannot hold two millimetres any more.
-constexpr double kLargestFloatCoordinate_m = 16384.0;
+constexpr double kLargestFloatCoordinateM = 16384.0;
 
 static_assert(std::endian::native == std::endian::little, "binary values are copied as they are");
 static_assert(sizeof(Vec3f) == 12 && sizeof(std::array<std::uint32_t, 3>) == 12);
@@ -255,7 +255,7 @@ void settle_positions(const fs::path& path, Vertices& vertices, Vec3d& origin) {
     const double largest =
         std::max({std::abs(bounds.min.x), std::abs(bounds.min.y), std::abs(bounds.min.z),
                   std::abs(bounds.max.x), std::abs(bounds.max.y), std::abs(bounds.max.z)});
-    if (largest > kLargestFloatCoordinate_m) {
+    if (largest > kLargestFloatCoordinateM) {
       shift = {std::floor(bounds.min.x), std::floor(bounds.min.y), std::floor(bounds.min.z)};
     }
   }
@@ -313,7 +313,7 @@ class FaceReader {
         std::min<std::uint64_t>(buffer.size() / kBytes, element_.count - first_face);
     std::uint64_t done = 0;
     for (const std::uint8_t* at = buffer.data(); done < most && *at == 3; ++done, at += kBytes) {
-      std::array<std::uint32_t, 3> triangle;
+      std::array<std::uint32_t, 3> triangle{};
       std::memcpy(triangle.data(), at + 1, 12);
       // A negative index becomes a large one.
       if (std::max({triangle[0], triangle[1], triangle[2]}) >= vertex_count_) break;

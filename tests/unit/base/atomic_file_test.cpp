@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "tests/support/full_disk.h"
 #include "tests/support/temporary_folder.h"
 
 namespace cornice {
@@ -133,6 +134,16 @@ TEST(AtomicFile, LeavesNothingOfAFileThatDoesNotFit) {
   waitpid(child, &status, 0);
   EXPECT_EQ(status, 0);
   EXPECT_THAT(folder.entries(), IsEmpty());
+}
+
+TEST(AtomicFile, TellsOfAFullDiskAndLeavesNothing) {
+  const TemporaryFolder folder;
+  const auto outcome = test::on_full_disk(
+      folder.path(), [&] { write_file_atomically(folder / "a.txt", std::string(200000, 'x')); });
+  if (!outcome) GTEST_SKIP() << "this machine does not let a test mount a small disk";
+  EXPECT_EQ(*outcome, (folder / "a.txt").string() +
+                          ": cannot be written: the disk is full; free some space or write "
+                          "elsewhere, then run again");
 }
 
 TEST(AtomicFile, CommitFailsWhereNothingWasWritten) {

@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "core/base/error.h"
+#include "tests/support/full_disk.h"
 #include "tests/support/temporary_folder.h"
 
 namespace cornice {
@@ -296,6 +297,17 @@ TEST(PlyWriting, RefusesArraysThatDoNotFitTogether) {
   points.positions.resize(3);
   EXPECT_THROW(write_ply(folder / "a.ply", points), std::invalid_argument);
   EXPECT_THAT(folder.entries(), IsEmpty());
+}
+
+TEST(PlyWriting, TellsOfAFullDiskAndLeavesNothing) {
+  const TemporaryFolder folder;
+  Mesh m;
+  m.positions.resize(50000);
+  const auto outcome = test::on_full_disk(folder.path(), [&] { write_ply(folder / "a.ply", m); });
+  if (!outcome) GTEST_SKIP() << "this machine does not let a test mount a small disk";
+  EXPECT_EQ(*outcome,
+            (folder / "a.ply").string() +
+                ": cannot be written: the disk is full; free some space or write elsewhere");
 }
 
 TEST(PlyWriting, HasTheHeaderThatTheFormatPageShows) {
