@@ -8,6 +8,7 @@
 #include <numbers>
 #include <queue>
 
+#include "core/base/random.h"
 #include "stages/simulate/scene_noise.h"
 
 namespace cornice::simulate {
@@ -92,11 +93,13 @@ Drainage drain(const PlanField& ground) {
 class RockHardness {
  public:
   RockHardness(const PlanLattice& lattice, const ErosionShape& erosion, std::uint64_t seed)
-      : patch_(lattice.size()), belt_(kBelts) {
+      : patch_(lattice.size()), erodibility_(lattice.size()), belt_(kBelts) {
     for (int j = 0; j < lattice.ny; ++j) {
       for (int i = 0; i < lattice.nx; ++i) {
         patch_[lattice.index(i, j)] = static_cast<float>(
             fractal_noise(lattice.x(i) / 210.0, lattice.y(j) / 210.0, 2, 0.5, seed + 11));
+        CounterRandom random(seed, 14, lattice.index(i, j));
+        erodibility_[lattice.index(i, j)] = static_cast<float>(random.uniform(0.15, 1.85));
       }
     }
     for (int n = 0; n < kBelts; ++n) {
@@ -105,6 +108,9 @@ class RockHardness {
     soft_ = std::tan(erosion.soft_deg * std::numbers::pi / 180.0);
     hard_ = std::tan(erosion.hard_deg * std::numbers::pi / 180.0);
   }
+
+  /// Uneven from node to node, or the lattice's eight directions show as straight gullies.
+  double erodibility(std::size_t node) const { return static_cast<double>(erodibility_[node]); }
 
   double standing_slope(std::size_t node, double z) const {
     const double patch = static_cast<double>(patch_[node]);
@@ -118,6 +124,7 @@ class RockHardness {
   static constexpr int kBelts = 1 << 12;
   static constexpr double kBeltStep = 2.0;
   std::vector<float> patch_;
+  std::vector<float> erodibility_;
   std::vector<float> belt_;  // by height
   double soft_, hard_;
 };
@@ -133,7 +140,8 @@ void incise(PlanField& ground, const RockHardness& rock, double strength) {
     const double below = static_cast<double>(ground.values[r]);
     double h = static_cast<double>(ground.values[n]);
     if (h <= below) continue;
-    const double k = strength * std::pow(d.area[n] * node_area, kAreaExponent) / length;
+    const double k =
+        strength * rock.erodibility(n) * std::pow(d.area[n] * node_area, kAreaExponent) / length;
     h = (h + k * below) / (1.0 + k);
     h = std::min(h, below + length * rock.standing_slope(n, h));
     ground.values[n] = static_cast<float>(h);
@@ -192,7 +200,7 @@ void erode(PlanField& ground, const ErosionShape& erosion, std::uint64_t seed) {
     int factor, rounds;
     double share;
   };
-  constexpr Level kLevels[] = {{4, 12, 0.55}, {2, 8, 0.3}, {1, 6, 0.15}};
+  constexpr Level kLevels[] = {{4, 12, 0.4}, {2, 9, 0.32}, {1, 7, 0.28}};
   for (const Level& level : kLevels) {
     PlanField coarse(coarser(ground.lattice, level.factor));
     PlanField& field = level.factor == 1 ? ground : coarse;

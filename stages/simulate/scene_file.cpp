@@ -204,7 +204,7 @@ void read_cover(Section& top, SceneDescription& scene) {
     s.places("course", river.course, 2);
     s.required_number("width_m", river.width_m, 2, 500);
     s.required_number("bank_m", river.bank_m, 4, 500);
-    s.required_number("level_m", river.level_m, -500, 4000);
+    s.number("level_m", river.level_m, -500, 4000);
     s.number("fall_per_km_m", river.fall_per_km_m, 0, 200);
   });
   if (top.has("forest")) {

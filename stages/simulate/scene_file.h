@@ -5,6 +5,7 @@
 
 #include <array>
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -72,7 +73,9 @@ struct RiverShape {
   std::vector<Vec2d> course;
   double width_m = 0.0;
   double bank_m = 0.0;
-  double level_m = 0.0;  ///< water at the first point of the course
+  /// Water at the first point of the course; not a number: a metre below the course's lowest
+  /// ground.
+  double level_m = std::numeric_limits<double>::quiet_NaN();
   double fall_per_km_m = 0.0;
 };
 

@@ -128,6 +128,36 @@ class BlockSamples {
       }
     }
     for (const auto& [i, j, k] : active) sample_cell(field, lattice, i, j, k);
+    while (complete_cells(field, lattice)) {
+    }
+  }
+
+  /// Samples the corners that a sign alone stands for of every cell that the surface passes: where
+  /// it runs out of the cells that were taken to be near it. False once there are none.
+  bool complete_cells(const GroundField& field, const Lattice& lattice) {
+    bool changed = false;
+    for (int j = kHalo - 1; j <= kHalo + kBlock; ++j) {
+      for (int i = kHalo - 1; i <= kHalo + kBlock; ++i) {
+        Range& range = ranges_[static_cast<std::size_t>(j / kCoarse * kCoarseSide + i / kCoarse)];
+        if (range.begin >= range.end) continue;
+        const int first = std::max(range.begin - kCoarse, 0);
+        const int last = std::min(range.end + kCoarse, nz_ - 1);
+        for (int k = first; k < last; ++k) {
+          float low = kUnset, high = -kUnset;
+          for (int c = 0; c < 8; ++c) {
+            const float v = values_[index(i + (c & 1), j + (c >> 1 & 1), k + (c >> 2))];
+            low = std::min(low, v);
+            high = std::max(high, v);
+          }
+          if (low >= 0.0f || high < 0.0f || (low > -kFar && high < kFar)) continue;
+          sample_points(field, lattice, {i, j, k}, {i + 1, j + 1, k + 1}, 1);
+          range.begin = std::min(range.begin, k);
+          range.end = std::max(range.end, k + 1);
+          changed = true;
+        }
+      }
+    }
+    return changed;
   }
 
   /// Whether the surface can pass a cube of sampled corners: they differ in sign, or one is nearer

@@ -22,8 +22,28 @@ constexpr double kSettled = 8e-4;
 /// falls this steeply from this near.
 constexpr double kSteep = -0.5;
 constexpr double kSteepWithin = 0.25;
+/// With two samples the error is of the order of the product of their squares.
+constexpr double kSettledByTwo = 1.5e-3;
 constexpr double kLeastStep = 1e-5;
 constexpr int kMostShells = 64;
+
+/// F on a ray.
+struct Sample {
+  double t, value, slope;
+  Vec3d gradient;
+};
+
+/// The root near the second sample by the cubic through both (inverse Hermite interpolation), and
+/// the gradient there by the line through both.
+void settle_between(const Sample& first, const Sample& second, GroundHit& hit) {
+  const double span = first.value - second.value;
+  const double s = -second.value / span;
+  const double r = 1.0 - s;
+  hit.range_m = r * r * (1.0 + 2.0 * s) * second.t + s * s * (3.0 - 2.0 * s) * first.t +
+                span * (s * r * r / second.slope - s * s * r / first.slope);
+  const double share = (hit.range_m - second.t) / (first.t - second.t);
+  hit.gradient = second.gradient + (first.gradient - second.gradient) * share;
+}
 
 bool clip_to_box(const Box3d& box, Vec3d origin, Vec3d direction, double& begin, double& end) {
   const double o[3] = {origin.x, origin.y, origin.z};
@@ -132,8 +152,15 @@ GroundRays::Outcome GroundRays::follow(Vec3d origin, Vec3d direction, double& t,
     const double before = t;
     if (slope < kSteep && distance < kSteepWithin) {
       // Too steep and too near to cross the ground twice within a Newton step.
+      const Sample first{t, value, slope * steepness, gradient};
       t -= distance / slope;
       value = field_.value(origin + direction * t, gradient);
+      const Sample second{t, value, dot(gradient, direction), gradient};
+      if (std::abs(value) < kSettledByTwo * steepness && second.slope < 0.5 * first.slope) {
+        settle_between(first, second, hit);
+        hit.point = origin + direction * hit.range_m;
+        return Outcome::kHit;
+      }
     } else {
       // The first root of distance + slope s - kSharpest s^2 / 2: no crossing comes before it.
       const double root = std::sqrt(slope * slope + 2.0 * kSharpest * distance);

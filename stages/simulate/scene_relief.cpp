@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "core/base/error.h"
@@ -74,6 +75,11 @@ double large_shape(const SceneDescription& scene, double x, double y, std::uint6
     crest = std::max(crest, height * std::exp(-1.55 * std::pow(d, 1.15)));
   }
   h += crest;
+  if (scene.detail.height_m > 0.0) {
+    // Unevenness for the water to gather in.
+    const double s = 1.6 * scene.detail.wavelength_m;
+    h += scene.detail.height_m * fractal_noise(wx / s, wy / s, 4, 0.6, seed + 26);
+  }
   if (scene.hills.height_m > 0.0) {
     const double s = scene.hills.wavelength_m;
     h += scene.hills.height_m * fractal_noise(x / s, y / s, 4, 0.45, seed + 24);
@@ -147,7 +153,7 @@ double cut_river(const RiverShape& river, double x, double y, double& h, std::ui
   const double d = distance_to_river(river, x, y, level, seed);
   const double shore = 0.5 * river.width_m;
   // The surface stays flat for two metres beyond the shore: no beam meets a wet slope.
-  h = std::lerp(level, std::max(h, level), smooth_side((d - shore - 2.0) / river.bank_m));
+  h = std::lerp(level, h, smooth_side((d - shore - 2.0) / river.bank_m));
   return shore - d;
 }
 
@@ -191,6 +197,25 @@ class GroundBuilder {
           static_cast<float>(large_shape(scene_, large_.lattice.x(i), large_.lattice.y(j), seed_));
     });
     erode(large_, scene_.erosion, seed_);
+    for (RiverShape& river : scene_.rivers) {
+      if (!std::isnan(river.level_m)) continue;
+      river.level_m = std::numeric_limits<double>::infinity();
+      for (const Vec2d p : river.course) {
+        river.level_m = std::min(river.level_m, large_height(p.x, p.y) - 1.0);
+      }
+    }
+  }
+
+  /// The eroded ground, its place wavering: drainage on a lattice runs in eight directions, and
+  /// straight gullies would show it.
+  double large_height(double x, double y, double& gx, double& gy) const {
+    const double wx = 9.0 * fractal_noise(x / 75.0, y / 75.0, 3, 0.45, seed_ + 71);
+    const double wy = 9.0 * fractal_noise(x / 75.0, y / 75.0, 3, 0.45, seed_ + 72);
+    return large_.value(x + wx, y + wy, gx, gy);
+  }
+  double large_height(double x, double y) const {
+    double gx, gy;
+    return large_height(x, y, gx, gy);
   }
 
   void shape_fine() {
@@ -201,7 +226,7 @@ class GroundBuilder {
     for_nodes(height.lattice, threads_, [&](int i, int j) {
       const double x = height.lattice.x(i), y = height.lattice.y(j);
       double gx, gy;
-      double h = large_.value(x, y, gx, gy);
+      double h = large_height(x, y, gx, gy);
       h += small_shape(scene_.detail, std::hypot(gx, gy), x, y, seed_);
       for (const auto& [wall, at] : walls_) h += wall_step(wall, at, x, y, seed_);
       for (const auto& [fin, at] : fins_) h += fin_step(fin, at, x, y, seed_);
@@ -278,7 +303,7 @@ class GroundBuilder {
       lean.half_length = 0.28 * wall.length_m;
       lean.half_depth = wall.run_m + lean.reach;
       const double front = wall.run_m + 10.0;
-      lean.foot = large_.value(at.x + out.x * front, at.y + out.y * front) + 0.12 * wall.height_m;
+      lean.foot = large_height(at.x + out.x * front, at.y + out.y * front) + 0.12 * wall.height_m;
       lean.top = lean.foot + 0.8 * wall.height_m;
       const double a = lean.half_length + lean.fade, d = lean.half_depth + lean.fade;
       for (const double u : {-1.0, 1.0}) {
@@ -297,8 +322,8 @@ class GroundBuilder {
       if (fin.hole_width_m <= 0.0 || fin.hole_height_m <= 0.0) continue;
       const Vec2d axis = azimuth_direction(fin.azimuth_deg + 90.0);
       const double outside = fin.half_width_m + 8.0;
-      const double foot = std::max(large_.value(at.x - axis.x * outside, at.y - axis.y * outside),
-                                   large_.value(at.x + axis.x * outside, at.y + axis.y * outside));
+      const double foot = std::max(large_height(at.x - axis.x * outside, at.y - axis.y * outside),
+                                   large_height(at.x + axis.x * outside, at.y + axis.y * outside));
       voids.push_back(make_void(
           {at.x - axis.x * outside, at.y - axis.y * outside, foot + 0.36 * fin.hole_height_m}, axis,
           2.0 * outside, fin.hole_width_m, fin.hole_height_m));
@@ -350,7 +375,7 @@ class GroundBuilder {
     return hole;
   }
 
-  const SceneDescription& scene_;
+  SceneDescription scene_;
   Box2d area_;
   std::uint64_t seed_;
   int threads_;

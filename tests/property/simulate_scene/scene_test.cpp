@@ -33,7 +33,7 @@ SceneOptions options_of(const std::string& name, double side_m, int threads = 0)
 const Scene& scene_of(const std::string& name) {
   static std::map<std::string, std::unique_ptr<Scene>> scenes;
   static const std::map<std::string, double> sides{
-      {"alp", 220.0}, {"cliff", 260.0}, {"valley", 360.0}, {"pass", 300.0}};
+      {"alp", 220.0}, {"cliff", 260.0}, {"valley", 360.0}, {"pass", 280.0}};
   std::unique_ptr<Scene>& scene = scenes[name];
   if (scene == nullptr) scene = Scene::build(options_of(name, sides.at(name)));
   return *scene;
