@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Hillshade: Horn 1981, "Hill shading and the reflectance map", Proceedings of the IEEE 69(1).
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include <numbers>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
@@ -62,16 +64,18 @@ void write_picture(const fs::path& path, const Picture& picture) {
                      picture.pixels.size() == static_cast<std::size_t>(picture.width) *
                                                   static_cast<std::size_t>(picture.height);
   if (!sized) throw std::invalid_argument("a picture needs width * height pixels, at least one");
-  AtomicFile target(path);
   const auto output = OIIO::ImageOutput::create(format);
   if (!output) throw RunError(path.string(), "cannot be written: " + OIIO::geterror());
   OIIO::ImageSpec spec(picture.width, picture.height, 3, OIIO::TypeDesc::UINT8);
   if (format == "jpeg") spec.attribute("Compression", "jpeg:" + std::to_string(kJpegQuality));
-  const bool written = output->open(target.path().string(), spec) &&
+  // Into memory first: OpenImageIO's writers do not tell of a full disk.
+  std::vector<unsigned char> bytes;
+  OIIO::Filesystem::IOVecOutput memory(bytes);
+  const bool written = output->set_ioproxy(&memory) && output->open(path.string(), spec) &&
                        output->write_image(OIIO::TypeDesc::UINT8, picture.pixels.data()) &&
                        output->close();
   if (!written) throw RunError(path.string(), "cannot be written: " + output->geterror());
-  target.commit();
+  write_file_atomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 Picture hillshade(const Raster& raster, double azimuth_deg, double altitude_deg,

@@ -13,6 +13,7 @@
 
 #include "core/base/error.h"
 #include "core/base/random.h"
+#include "tests/support/full_disk.h"
 #include "tests/support/temporary_folder.h"
 
 namespace cornice {
@@ -120,6 +121,17 @@ TEST(Cog, IsTheSameBytesAgain) {
   write_cog(folder / "a.tif", raster);
   write_cog(folder / "b.tif", raster);
   EXPECT_EQ(read_text(folder / "a.tif"), read_text(folder / "b.tif"));
+}
+
+TEST(Cog, TellsOfAFullDiskAndLeavesNothing) {
+  const TemporaryFolder folder;
+  const Raster raster = some_raster(400, 400, 9);
+  const auto outcome =
+      test::on_full_disk(folder.path(), [&] { write_cog(folder / "a.tif", raster); });
+  if (!outcome) GTEST_SKIP() << "this machine does not let a test mount a small disk";
+  EXPECT_THAT(*outcome, testing::StartsWith((folder / "a.tif").string() + ": cannot be written: "));
+  EXPECT_THAT(*outcome, testing::Not(HasSubstr("|")));
+  EXPECT_THAT(*outcome, testing::Not(HasSubstr("\n")));
 }
 
 TEST(Cog, RefusesShapesThatAreNone) {
