@@ -69,6 +69,27 @@ void expect_true_header(const OracleFile& file, const LasWriteOptions& options) 
   for (std::size_t i = 0; i < 15; ++i) EXPECT_EQ(file.extended_by_return[i], by_return[i + 1]);
 }
 
+/// Our own reader finds the same points, and what the header promises of them.
+void expect_same_through_our_reader(const std::filesystem::path& path, const PointCloud& cloud,
+                                    const LasWriteOptions& options) {
+  const LasInfo info = read_las_info(path);
+  LasReadOptions read;
+  read.attributes = Attribute::kAll;
+  read.threads = 2;
+  const LasReadResult result = read_las(info, read);
+  EXPECT_EQ(expected_points(result.points, options), expected_points(cloud, options));
+  EXPECT_TRUE(result.warnings.empty()) << result.warnings.front();
+  EXPECT_EQ(info.extra_bytes.size(), options.extra_bytes.size());
+  for (std::size_t i = 0; i < info.extra_bytes.size(); ++i) {
+    EXPECT_EQ(info.extra_bytes[i].name, options.extra_bytes[i].name);
+    EXPECT_EQ(info.extra_bytes[i].data_type, options.extra_bytes[i].data_type);
+    EXPECT_EQ(info.extra_bytes[i].size, options.extra_bytes[i].size);
+    EXPECT_EQ(info.extra_bytes[i].scale, options.extra_bytes[i].scale);
+    EXPECT_EQ(info.extra_bytes[i].offset_value, options.extra_bytes[i].offset_value);
+    EXPECT_EQ(info.extra_bytes[i].no_data, options.extra_bytes[i].no_data);
+  }
+}
+
 struct Setting {
   int version_minor;
   int point_format;
@@ -107,6 +128,7 @@ TEST_P(EverySetting, IsReadBackByLaszipPointForPoint) {
     EXPECT_EQ(file.compressed, setting.compress);
     ASSERT_EQ(file.points, expected_points(cloud, options)) << "chunks of " << chunk;
     expect_true_header(file, options);
+    expect_same_through_our_reader(path, cloud, options);
   }
 }
 
