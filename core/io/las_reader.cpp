@@ -60,7 +60,8 @@ LasReadResult read_las(const LasInfo& info, const LasReadOptions& options, Progr
   resize_points(result.points, 0, info, pass.attributes());
   DecodeSummary summary;
   if (pass.has_known_places()) {
-    resize_points(result.points, static_cast<std::size_t>(pass.points()), info, pass.attributes());
+    resize_points(result.points, static_cast<std::size_t>(pass.points()), info, pass.attributes(),
+                  options.threads);
     summary = pass.decode_to(result.points, progress);
     resize_points(result.points, static_cast<std::size_t>(summary.decoded), info,
                   pass.attributes());

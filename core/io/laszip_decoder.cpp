@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <cstring>
+#include <functional>
 #include <istream>
 #include <optional>
 
+#include "core/base/parallel.h"
 #include "core/io/laszip_stream.h"
 
 namespace cornice {
@@ -165,12 +167,13 @@ Attribute attributes_in(const LasInfo& info, Attribute attributes) {
   return static_cast<Attribute>(bits);
 }
 
-void resize_points(PointCloud& points, std::size_t count, const LasInfo& info,
-                   Attribute attributes) {
+void resize_points(PointCloud& points, std::size_t count, const LasInfo& info, Attribute attributes,
+                   int threads) {
+  std::vector<std::function<void()>> resizes;
   const auto resize = [&](Attribute attribute, auto& array) {
-    if (has(attributes, attribute)) array.resize(count);
+    if (has(attributes, attribute)) resizes.emplace_back([&array, count] { array.resize(count); });
   };
-  points.positions.resize(count);
+  resizes.emplace_back([&] { points.positions.resize(count); });
   resize(Attribute::kExact, points.exact);
   resize(Attribute::kGpsTime, points.gps_time_s);
   resize(Attribute::kScanAngle, points.scan_angle_deg);
@@ -187,8 +190,12 @@ void resize_points(PointCloud& points, std::size_t count, const LasInfo& info,
   resize(Attribute::kWaveform, points.wave_packet);
   if (has(attributes, Attribute::kExtraBytes)) {
     points.extra_stride = info.extra_stride;
-    points.extra_bytes.resize(count * info.extra_stride);
+    resizes.emplace_back([&] { points.extra_bytes.resize(count * info.extra_stride); });
   }
+  // The first touch of fresh memory costs as much as a good part of the decoding.
+  parallel_for(resizes.size(), 1, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) resizes[i]();
+  });
 }
 
 LaszipDecoder::LaszipDecoder(const LasInfo& info, const LazVlr& laz, Attribute attributes,

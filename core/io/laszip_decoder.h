@@ -34,9 +34,10 @@ struct StoredBounds {
 /// format (0 where it has none), because most consumers want them whatever the file.
 Attribute attributes_in(const LasInfo& info, Attribute attributes);
 
-/// Resizes the arrays of `attributes` to `count` points as the reader fills them.
-void resize_points(PointCloud& points, std::size_t count, const LasInfo& info,
-                   Attribute attributes);
+/// Resizes the arrays of `attributes` to `count` points as the reader fills them, several arrays at
+/// once on `threads` threads.
+void resize_points(PointCloud& points, std::size_t count, const LasInfo& info, Attribute attributes,
+                   int threads = 1);
 
 /// Decodes chunks of one file. Separate objects are independent of each other.
 class LaszipDecoder {
