@@ -68,14 +68,23 @@ void write_picture(const fs::path& path, const Picture& picture) {
   if (!output) throw RunError(path.string(), "cannot be written: " + OIIO::geterror());
   OIIO::ImageSpec spec(picture.width, picture.height, 3, OIIO::TypeDesc::UINT8);
   if (format == "jpeg") spec.attribute("Compression", "jpeg:" + std::to_string(kJpegQuality));
-  // Into memory first: OpenImageIO's writers do not tell of a full disk.
+  const auto write_to = [&](const fs::path& name) {
+    const bool written = output->open(name.string(), spec) &&
+                         output->write_image(OIIO::TypeDesc::UINT8, picture.pixels.data()) &&
+                         output->close();
+    if (!written) throw RunError(path.string(), "cannot be written: " + output->geterror());
+  };
+  // Into memory where possible: OpenImageIO's writers do not tell of a full disk.
   std::vector<unsigned char> bytes;
   OIIO::Filesystem::IOVecOutput memory(bytes);
-  const bool written = output->set_ioproxy(&memory) && output->open(path.string(), spec) &&
-                       output->write_image(OIIO::TypeDesc::UINT8, picture.pixels.data()) &&
-                       output->close();
-  if (!written) throw RunError(path.string(), "cannot be written: " + output->geterror());
-  write_file_atomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  if (output->supports("ioproxy") != 0 && output->set_ioproxy(&memory)) {
+    write_to(path);
+    write_file_atomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  } else {
+    AtomicFile target(path);
+    write_to(target.path());
+    target.commit();
+  }
 }
 
 Picture hillshade(const Raster& raster, double azimuth_deg, double altitude_deg,
