@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "stages/simulate/scanner.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -19,6 +20,28 @@ void check_range(const char* option, double value, double low, double high) {
   if (value >= low && value <= high) return;
   throw UsageError(option, "is " + std::to_string(value) + ", must be in " + std::to_string(low) +
                                " .. " + std::to_string(high));
+}
+
+/// Steps of the table of beams; the chord between neighbours is off its arc by 1e-8.
+constexpr std::size_t kCycleSteps = 1u << 14;
+
+/// Deflection of the swinging mirror in -1..1: asin(k sin) is a sine for small k and a triangle
+/// for k = 1.
+double swing(double phase, double sharpness) {
+  const double sine = std::sin(2.0 * kPi * phase);
+  if (sharpness < 1e-3) return sine;
+  return std::asin(sharpness * sine) / std::asin(sharpness);
+}
+
+Vec3d untilted_beam(const ScannerOptions& options, double half_view, double phase) {
+  if (options.pattern == ScannerPattern::kPalmer) {
+    const double turn = 2.0 * kPi * phase, sine = std::sin(half_view);
+    return {sine * std::cos(turn), sine * std::sin(turn), std::cos(half_view)};
+  }
+  const double deflection = options.pattern == ScannerPattern::kPolygon
+                                ? 2.0 * phase - 1.0
+                                : swing(phase, options.mirror_sharpness);
+  return {0.0, std::sin(half_view * deflection), std::cos(half_view * deflection)};
 }
 
 }  // namespace
@@ -75,21 +98,17 @@ Scanner::Scanner(const ScannerOptions& options, double scans_per_pulse)
       half_view_(radians(0.5 * options.field_of_view_deg())),
       sin_tilt_{std::sin(radians(options.tilt_deg)), std::sin(radians(options.second_tilt_deg))},
       cos_tilt_{std::cos(radians(options.tilt_deg)), std::cos(radians(options.second_tilt_deg))},
-      sharpness_(options.mirror_sharpness),
       // A swinging mirror draws two lines per cycle.
       cycles_per_pulse_(options.pattern == ScannerPattern::kOscillating ? 0.5 * scans_per_pulse
-                                                                        : scans_per_pulse) {}
-
-/// Deflection of the swinging mirror in -1..1: asin(k sin) is a sine for small k and a triangle
-/// for k = 1.
-double Scanner::swing(double phase) const {
-  const double sine = std::sin(2.0 * kPi * phase);
-  if (sharpness_ < 1e-3) return sine;
-  return std::asin(sharpness_ * sine) / std::asin(sharpness_);
+                                                                        : scans_per_pulse),
+      cycle_(kCycleSteps + 1) {
+  for (std::size_t i = 0; i <= kCycleSteps; ++i)
+    cycle_[i] = untilted_beam(options, half_view_, static_cast<double>(i) / kCycleSteps);
 }
 
 double Scanner::largest_step_rad() const {
-  // swing(): the slope of asin(k sin x) / asin(k) is steepest at x = 0, where it is below 1.
+  // Of the swinging mirror: asin(k sin x) / asin(k) is steepest at x = 0, where its slope is
+  // below 1.
   return 2.0 * kPi * half_view_ * cycles_per_pulse_;
 }
 
@@ -105,23 +124,14 @@ BodyBeam Scanner::beam(std::uint64_t pulse, int channel) const {
   const double next = phase + cycles_per_pulse_;
   const auto rises = [](double p) { return p < 0.25 || (p >= 0.75 && p < 1.25); };
   BodyBeam beam;
-  Vec3d d;
-  if (pattern_ == ScannerPattern::kPalmer) {
-    const double turn = 2.0 * kPi * phase;
-    d = {std::sin(half_view_) * std::cos(turn), std::sin(half_view_) * std::sin(turn),
-         std::cos(half_view_)};
-    beam.scans_to_the_right = rises(phase);
-  } else if (pattern_ == ScannerPattern::kPolygon) {
-    const double angle = half_view_ * (2.0 * phase - 1.0);
-    d = {0.0, std::sin(angle), std::cos(angle)};
-    beam.scans_to_the_right = true;
+  beam.scans_to_the_right = pattern_ == ScannerPattern::kPolygon || rises(phase);
+  if (pattern_ == ScannerPattern::kPolygon)
     beam.is_last_of_line = next >= 1.0;
-  } else {
-    const double angle = half_view_ * swing(phase);
-    d = {0.0, std::sin(angle), std::cos(angle)};
-    beam.scans_to_the_right = rises(phase);
+  else if (pattern_ == ScannerPattern::kOscillating)
     beam.is_last_of_line = rises(phase) != rises(next);
-  }
+  const double place = phase * kCycleSteps;
+  const std::size_t i = std::min(static_cast<std::size_t>(place), std::size_t{kCycleSteps - 1});
+  const Vec3d d = cycle_[i] + (place - static_cast<double>(i)) * (cycle_[i + 1] - cycle_[i]);
   const double s = sin_tilt_[channel], c = cos_tilt_[channel];
   beam.direction = {c * d.x + s * d.z, d.y, c * d.z - s * d.x};
   return beam;

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "core/base/vec.h"
 
@@ -44,7 +45,7 @@ void check(const ScannerOptions& options);
 
 /// Direction of one pulse.
 struct BodyBeam {
-  Vec3d direction;                  ///< unit; x to the nose, y to the right wing, z down
+  Vec3d direction;                  ///< unit to 1e-7; x to the nose, y to the right wing, z down
   bool scans_to_the_right = false;  ///< LAS scan direction flag
   bool is_last_of_line = false;     ///< LAS edge of flight line flag
 };
@@ -63,14 +64,12 @@ class Scanner {
   bool jumps_within(std::uint64_t pulse, std::uint64_t count) const;
 
  private:
-  double swing(double phase) const;
-
   ScannerPattern pattern_;
   double half_view_;
   double sin_tilt_[2];
   double cos_tilt_[2];
-  double sharpness_;
   double cycles_per_pulse_;
+  std::vector<Vec3d> cycle_;  ///< beams without tilt over one cycle, both ends included
 };
 
 }  // namespace cornice::simulate

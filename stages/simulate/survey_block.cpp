@@ -68,15 +68,30 @@ bool misses_all(const SurveySetup& setup, const Reach& reach, std::size_t pass, 
   return true;
 }
 
+/// Two independent normal deviates (Marsaglia's polar method, Marsaglia and Bray 1964).
+struct NormalPair {
+  explicit NormalPair(CounterRandom& random) {
+    double size = 0.0;
+    do {
+      x = random.uniform(-1.0, 1.0);
+      y = random.uniform(-1.0, 1.0);
+      size = x * x + y * y;
+    } while (size >= 1.0 || size == 0.0);
+    const double scale = std::sqrt(-2.0 * std::log(size) / size);
+    x *= scale;
+    y *= scale;
+  }
+  double x, y;
+};
+
 /// The beam as measured: the true one turned by the angular noise.
 Vec3d measured_direction(const NoiseOptions& noise, const SensorFrame& frame, Vec3d direction,
                          CounterRandom& random) {
-  // Box and Muller give two independent deviates.
-  const double size = noise.across_rad() * std::sqrt(-2.0 * std::log(1.0 - random.uniform()));
-  const double turn = 6.283185307179586 * random.uniform();
+  const NormalPair pair(random);
   const Vec3d side = normalized(cross(direction, frame.forward));
   const Vec3d along = cross(side, direction);
-  return normalized(direction + (size * std::cos(turn)) * side + (size * std::sin(turn)) * along);
+  const double size = noise.across_rad();
+  return normalized(direction + (size * pair.x) * side + (size * pair.y) * along);
 }
 
 struct Pulse {
@@ -85,6 +100,7 @@ struct Pulse {
   double recorded_time_s;
   Ray ray;
   SensorFrame frame;
+  double angle_deg;  ///< across the track, positive to the right
   std::uint8_t flags;
 };
 
@@ -122,15 +138,15 @@ SurveyPoint point_of(const SurveySetup& setup, const Pulse& pulse, const EchoLis
   point.flags = pulse.flags;
   point.channel = pulse.line->recorded_channel;
   point.user_data = pulse.line->user_data;
-  point.scan_angle_deg = static_cast<float>(
-      pulse.line->angle_sign * across_track_angle_deg(pulse.frame, pulse.ray.direction));
+  point.scan_angle_deg = static_cast<float>(pulse.line->angle_sign * pulse.angle_deg);
   return point;
 }
 
-void add_pulse(const SurveySetup& setup, const Pulse& pulse, std::vector<SurveyPoint>& points) {
+void add_pulse(const SurveySetup& setup, Pulse& pulse, std::vector<SurveyPoint>& points) {
   CounterRandom random = random_of(setup.seed, Stream::kPulse, pulse.key);
   const EchoList echoes = follow_pulse(*setup.scene, pulse.ray, setup.most_returns, random);
   if (echoes.count == 0) return;
+  pulse.angle_deg = across_track_angle_deg(pulse.frame, pulse.ray.direction);
   const Vec3d measured = measured_direction(setup.noise, pulse.frame, pulse.ray.direction, random);
   const std::size_t first = points.size();
   for (int i = 0; i < echoes.count; ++i)
@@ -148,8 +164,7 @@ LineTally tally_of(const Pulse& pulse, double true_time_s, std::size_t points) {
   tally.points = points;
   tally.first_time_s = tally.last_time_s = pulse.recorded_time_s;
   tally.true_first_time_s = tally.true_last_time_s = true_time_s;
-  tally.lowest_angle_deg = tally.highest_angle_deg =
-      across_track_angle_deg(pulse.frame, pulse.ray.direction);
+  tally.lowest_angle_deg = tally.highest_angle_deg = pulse.angle_deg;
   return tally;
 }
 
@@ -158,7 +173,7 @@ void fire(const SurveySetup& setup, const Reach& reach, std::size_t pass_index, 
           BlockPoints& result) {
   const Pass& pass = setup.trajectory->passes()[pass_index];
   const double time = pass.first_time_s + static_cast<double>(k) / setup.pulse_rate;
-  Pulse pulse;
+  Pulse pulse{};
   pulse.frame = setup.trajectory->at(pass_index, time);
   pulse.ray.origin = pulse.frame.position;
   for (int channel = 0; channel < setup.channels; ++channel) {

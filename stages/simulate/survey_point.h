@@ -2,7 +2,6 @@
 // A simulated point: what the file will say of it, and what is true.
 #pragma once
 
-#include <cmath>
 #include <cstdint>
 #include <optional>
 
@@ -41,7 +40,9 @@ struct SurveyPoint {
 };
 
 inline std::int32_t to_steps(double metres) {
-  return static_cast<std::int32_t>(std::llround(metres / kScaleM));
+  // Inline, unlike std::lround; halves away from zero as there.
+  const double steps = metres / kScaleM;
+  return static_cast<std::int32_t>(steps < 0.0 ? steps - 0.5 : steps + 0.5);
 }
 
 /// Square tiles side by side, numbered row by row from the south-west. A point on a border belongs

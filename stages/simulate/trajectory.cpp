@@ -133,7 +133,8 @@ void check_flight(const FlightOptions& flight) {
 }  // namespace
 
 double across_track_angle_deg(const SensorFrame& frame, Vec3d beam) {
-  const double length = std::hypot(frame.forward.x, frame.forward.y);
+  const double length =
+      std::sqrt(frame.forward.x * frame.forward.x + frame.forward.y * frame.forward.y);
   const double right = (beam.x * frame.forward.y - beam.y * frame.forward.x) / length;
   return degrees(std::atan2(right, -beam.z));
 }
