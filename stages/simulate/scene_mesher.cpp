@@ -301,7 +301,13 @@ bool settle(const GroundField& field, const Lattice& lattice, const SurfaceOptio
   const double value = field.value(p, gradient);
   const double distance = std::abs(value) / norm(gradient);
   const Vec3d normal = normalized(gradient);
-  p += Vec3d{keep_x ? 0.0 : normal.x, keep_y ? 0.0 : normal.y, normal.z} * options.offset_m;
+  if (options.offset_m > 0.0) {
+    // The middle of the crossings lies on a chord: how far the ground was from it says how far the
+    // facets around cut into it.
+    const double cut = std::abs(dot(p - start, normal));
+    const double offset = std::min(options.offset_m + 1.6 * cut, 2.8 * options.offset_m);
+    p += Vec3d{keep_x ? 0.0 : normal.x, keep_y ? 0.0 : normal.y, normal.z} * offset;
+  }
   return distance <= std::max(options.tolerance_m, 1e-9);
 }
 

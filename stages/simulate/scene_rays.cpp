@@ -9,9 +9,9 @@
 namespace cornice::simulate {
 namespace {
 
-/// Share of the mesh step that the mesh stands off the ground: more than the height of the arc
-/// over a facet's diagonal for radii of curvature of two steps and more.
-constexpr double kShellShare = 0.12;
+/// Share of the mesh step that the mesh stands off level ground; more where the ground curves, but
+/// less than the three shells at which a ray counts as having left.
+constexpr double kShellShare = 0.1;
 constexpr int kMostSteps = 200;
 /// Largest curvature of F along a ray against its steepness that steps reckon with, 1/m. Sharper
 /// edges cost a bracketed search, no more.

@@ -121,8 +121,10 @@ double fin_step(const FinShape& fin, Vec2d at, double x, double y, std::uint64_t
   const double end = std::abs(p.along) / (0.5 * fin.length_m);
   if (end >= 1.0 || std::abs(p.left) > fin.half_width_m + 20.0) return 0.0;
   const double wobble = 2.0 * gradient_noise(p.along / 17.0, 0.5, seed + 43);
-  const double run = std::max(4.0, 0.7 * fin.half_width_m);
-  const double side = smooth_side((fin.half_width_m + 0.5 * run - std::abs(p.left + wobble)) / run);
+  // Round on top, steep at the sides, running out at the foot: no edge sharper than a metre.
+  const double u = (p.left + wobble) / (1.3 * fin.half_width_m);
+  const double v = std::max(1.0 - u * u * u * u, 0.0);
+  const double side = 1.2 * v * v / (v + 0.2);
   const double crest = 1.0 + 0.12 * fractal_noise(x / 13.0, y / 13.0, 2, 0.5, seed + 44);
   return fin.height_m * side * crest * smooth_side((1.0 - end) / 0.45);
 }

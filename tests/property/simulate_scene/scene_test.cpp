@@ -386,14 +386,18 @@ TEST(Scene, TheMeshThatGuidesTheRaysDoesNotChangeTheHits) {
   const auto fine = Scene::build(options);
   options.mesh_step_m = 1.0;
   const auto coarse = Scene::build(options);
-  int differ = 0;
+  int met_by_one = 0, far_apart = 0;
   for (std::uint64_t n = 0; n < 5000; ++n) {
     const Ray ray = random_ray(*fine, n, true);
     Hit p, q;
     const bool a = fine->cast(ray, p), b = coarse->cast(ray, q);
-    if (a != b || (a && norm(p.point - q.point) > 5e-6)) ++differ;
+    if (a != b) ++met_by_one;
+    if (!a || !b) continue;
+    // Across the surface; along a ray that slides over it the same error is longer.
+    if (std::abs(dot(p.point - q.point, p.normal)) > 3e-6) ++far_apart;
   }
-  EXPECT_LE(differ, 2);
+  EXPECT_LE(met_by_one, 1);
+  EXPECT_LE(far_apart, 1);
 }
 
 TEST(Scene, RefusesAnImpossibleExtentOrWindow) {
