@@ -147,12 +147,8 @@ struct AngleUse {
   bool usable = true;  ///< false: they would do harm to the path
 };
 
-/// Sign by a path of first-last lines alone, where there are enough of them.
-std::optional<AngleUse> angles_against_pairs(const LinePass& pass, const TrackFit& track,
-                                             const TrajectoryOptions& options,
-                                             const AcceptOptions& accept, LineEstimate& estimate) {
-  const PathEstimate path = solve_path(pass, track, 0, ScanModel::kNone, options);
-  if (!path.is_valid || path.pairs < accept.enough_pairs) return std::nullopt;
+/// Sign and use of the angles by a path that was found without them.
+AngleUse angles_against(const LinePass& pass, const PathEstimate& path, LineEstimate& estimate) {
   const AngleAgreement agreement = compare_angles(pass, path);
   if (agreement.sign != 0) estimate.sign_from = "pairs";
   const double bound = estimate.angle_step_deg > 0.0 ? kAgreeWholeDeg : kAgreeFineDeg;
@@ -168,12 +164,7 @@ std::optional<AngleUse> angles_against_pairs(const LinePass& pass, const TrackFi
 
 /// Sign of the recorded angle: the one that puts the sensor where beams meet, above the ground.
 AngleUse find_sign(const LinePass& pass, const TrackFit& track, const TrajectoryOptions& options,
-                   const AcceptOptions& accept, LineEstimate& estimate) {
-  if (estimate.min_angle_deg == 0.0 && estimate.max_angle_deg == 0.0) {
-    estimate.remarks.push_back("all recorded angles are 0");
-    return {0, false};
-  }
-  if (const auto use = angles_against_pairs(pass, track, options, accept, estimate)) return *use;
+                   LineEstimate& estimate) {
   // A reliable track with a wide swath needs no trial: positive angles lie on one side of it.
   const Vec3d right{track.velocity.y, -track.velocity.x, 0.0};
   const double side = dot(track.across, normalized(right));
@@ -190,6 +181,26 @@ AngleUse find_sign(const LinePass& pass, const TrackFit& track, const Trajectory
   if (std::abs(gain) < kSignGain) return {0, false};
   estimate.sign_from = plus.pairs >= 12 ? "pairs and angles" : "angles";
   return {gain > 0.0 ? 1 : -1, true};
+}
+
+/// The path by all that agrees with each other; fills the sign.
+PathEstimate best_path(const LinePass& pass, const TrackFit& track,
+                       const TrajectoryOptions& options, const AcceptOptions& accept,
+                       LineEstimate& estimate) {
+  const bool zero = estimate.min_angle_deg == 0.0 && estimate.max_angle_deg == 0.0;
+  if (zero) estimate.remarks.push_back("all recorded angles are 0");
+  PathEstimate path = estimate_path(pass, track, 0, options);
+  if (path.is_valid && (zero || path.pairs >= accept.enough_pairs)) {
+    if (zero) return path;
+    const AngleUse angles = angles_against(pass, path, estimate);
+    estimate.line.scan_angle_sign = angles.sign;
+    if (!angles.usable) return path;
+    PathEstimate joint = solve_path(pass, track, angles.sign, path.model, options, &path);
+    return joint.is_valid ? joint : path;
+  }
+  const AngleUse angles = zero ? AngleUse{0, false} : find_sign(pass, track, options, estimate);
+  estimate.line.scan_angle_sign = angles.sign;
+  return estimate_path(pass, track, angles.usable ? angles.sign : 0, options);
 }
 
 /// Course and speed of a path: least squares of its positions over time.
@@ -326,6 +337,8 @@ bool accept_path(const PathEstimate& path, const AcceptOptions& accept, LineEsti
   check("speed_ms", estimate.speed_ms, accept.least_speed_ms, accept.most_speed_ms);
   check("position_error_m", estimate.position_error_m, 0.0,
         accept.most_error_share * std::max(estimate.height_m, 1.0));
+  check("height_error_m", estimate.height_error_m, 0.0,
+        accept.most_height_share * std::max(estimate.height_m, 1.0));
   if (path.pulses > 0) {
     check("angle_residual_deg", path.angle_residual_deg, 0.0, accept.most_angle_residual_deg);
     check("angle_offset_deg", path.angle_offset_deg, -accept.most_angle_offset_deg,
@@ -425,9 +438,7 @@ LineEstimate estimate_line(const LinePass& pass, const TrajectoryOptions& option
     return estimate;
   }
   const TrackFit track = fit_track(pass.bins, 0, pass.bins.size());
-  const AngleUse angles = find_sign(pass, track, options, accept, estimate);
-  const PathEstimate path = estimate_path(pass, track, angles.usable ? angles.sign : 0, options);
-  estimate.line.scan_angle_sign = angles.sign;
+  const PathEstimate path = best_path(pass, track, options, accept, estimate);
   if (!path.is_valid) {
     use_angles(pass, track, "too few pulses for a path", estimate);
     fill_perpendicular(estimate);

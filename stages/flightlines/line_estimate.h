@@ -19,10 +19,11 @@ struct AcceptOptions {
   double least_speed_ms = 15.0;
   double most_speed_ms = 150.0;
   double most_error_share = 0.03;  ///< horizontal standard error / height: 1.7 degrees of beam
+  double most_height_share = 0.2;  ///< standard error of the height / height
   double most_angle_residual_deg = 0.6;  ///< robust scale against the recorded angle
   double most_angle_offset_deg = 1.0;
-  std::size_t enough_pairs = 200;   ///< make a path without the angles' help
-  double most_pair_residual = 6.0;  ///< relative to what the coordinates allow
+  std::size_t enough_pairs = 200;    ///< make a path without the angles' help
+  double most_pair_residual = 10.0;  ///< relative to what the coordinates allow
 };
 
 /// One check of the accept test, as printed.

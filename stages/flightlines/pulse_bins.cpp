@@ -19,7 +19,9 @@ namespace {
 constexpr double kAbsurdAngleDeg = 75.0;  // airborne scanners end at 60
 constexpr double kBurstSeconds = 1e-3;
 constexpr std::size_t kBurstLimit = 192;
-constexpr int kUserDataLimit = 4;  // more values than this are no channel number
+constexpr int kUserDataLimit = 2;  // more values than this are no channel number
+/// Whole degrees in the 16-bit field of formats 6-10 lie on its grid of 0.006 degree.
+constexpr float kWholeDegreeSlack = 0.0035f;
 constexpr std::size_t kBinLimit = 2'000'000;
 constexpr std::uint8_t kVirtual = 66;
 
@@ -181,7 +183,7 @@ void TileBinner::add(const PointCloud& points, double metres, double metres_up) 
     const float angle = points.scan_angle_deg[i];
     bin.min_angle_deg = std::min(bin.min_angle_deg, angle);
     bin.max_angle_deg = std::max(bin.max_angle_deg, angle);
-    bin.fractional_angles |= angle != std::nearbyint(angle);
+    bin.fractional_angles |= std::abs(angle - std::nearbyint(angle)) > kWholeDegreeSlack;
 
     Pulse pulse;
     pulse.time_s = time_s;
@@ -266,7 +268,8 @@ std::size_t memory_bytes(const BinSet& set) {
 bool settle_user_data(BinSet& set, const SampleSize& size) {
   std::map<std::pair<std::uint32_t, std::int64_t>, std::vector<const PulseBin*>> groups;
   for (const PulseBin& bin : set.bins)
-    groups[{std::uint32_t{bin.key.id} << 8 | bin.key.channel, bin.index}].push_back(&bin);
+    if (bin.index != kTimelessBin)
+      groups[{std::uint32_t{bin.key.id} << 8 | bin.key.channel, bin.index}].push_back(&bin);
   std::size_t shared = 0;
   std::size_t sampled = 0;
   for (const auto& [place, bins] : groups) {
@@ -278,7 +281,7 @@ bool settle_user_data(BinSet& set, const SampleSize& size) {
       shared += count > 1;
     }
   }
-  const bool tells = !set.user_data_ignored && shared * 10 > sampled;
+  const bool tells = !set.user_data_ignored && shared * 10 > sampled * 3;
   if (!tells) drop_user_data(set.bins, size);
   return tells;
 }

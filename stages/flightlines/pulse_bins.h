@@ -77,8 +77,8 @@ struct PulseBin {
 
 /// How much a bin keeps.
 struct SampleSize {
-  std::size_t any = 160;
-  std::size_t multiple = 64;
+  std::size_t any = 192;
+  std::size_t multiple = 384;  ///< crops of a second or two need them
 };
 
 using InvalidCounts = std::array<std::uint64_t, kInvalidKinds>;
@@ -128,7 +128,7 @@ void thin_bins(BinSet& set, const SampleSize& size);
 std::size_t memory_bytes(const BinSet& set);
 
 /// Merges bins that differ in user data only, unless user data tells channels apart: times that two
-/// values share, in at least a tenth of the sampled pulses. Returns whether it does.
+/// values share, in at least three tenths of the sampled pulses. Returns whether it does.
 bool settle_user_data(BinSet& set, const SampleSize& size);
 
 }  // namespace cornice::flightlines

@@ -15,6 +15,9 @@ namespace cornice::flightlines {
 namespace {
 
 constexpr double kRadians = std::numbers::pi / 180.0;
+/// First-last lines that make a path without the help of angles.
+constexpr std::size_t kPairsSuffice = 200;
+constexpr int kEarlyIterations = 4;
 constexpr double kLargestCrab = 30.0 * kRadians;
 
 // State of a node: 0-2 position, 3 heading, 4-5 axis of the scanner, 6-8 velocity. Observations
@@ -46,6 +49,7 @@ struct Observation {
   bool in_scan = false;
   Vector3d e1, e2;  ///< unit, square to the first-last line
   double pair_m = 0.0;
+  double share = 1.0;  ///< of an angle's weight: less where rounding errors are alike
   double weight_angle = 1.0, weight_scan = 1.0, weight_pair = 1.0;
 };
 
@@ -65,8 +69,10 @@ struct Row {
 
 Vector3d to_eigen(Vec3d v) { return {v.x, v.y, v.z}; }
 
-/// Weight of Geman and McClure: far outliers count for nothing.
-double robust_weight(double ratio) {
+/// Weight of Huber while the path is still far off, then of Geman and McClure: far outliers count
+/// for nothing, but only once it is known what is far.
+double robust_weight(double ratio, bool is_early) {
+  if (is_early) return 1.0 / std::max(1.0, ratio);
   const double w = 1.0 / (1.0 + ratio * ratio / 9.0);
   return w * w;
 }
@@ -85,17 +91,20 @@ class PathSolver {
   PathSolver(const LinePass& pass, const TrackFit& start, int sign, ScanModel model,
              const TrajectoryOptions& options);
   bool is_solvable() const { return pairs_ >= 12 || (angles_ >= 40 && sign_ != 0.0); }
+  void start_from(const PathEstimate& warm);
   PathEstimate run();
 
  private:
   void collect(const LinePass& pass);
+  void share_edges(std::size_t first);
   void add_pulse(const PulseBin& bin, const Pulse& pulse, bool pair_list);
   void start_states(const TrackFit& start);
+  void start_cone();
   Row angle_row(const Observation& o, const State& x) const;
   Row scan_row(const Observation& o, const State& x) const;
   void pair_rows(const Observation& o, const State& x, Row rows[2]) const;
   State state_at(const Observation& o) const;
-  void weigh();
+  void weigh(bool is_early);
   void add_observations(System& system) const;
   void add_priors(System& system) const;
   void add_motion(System& system) const;
@@ -168,15 +177,44 @@ void PathSolver::add_pulse(const PulseBin& bin, const Pulse& pulse, bool pair_li
 }
 
 void PathSolver::collect(const LinePass& pass) {
-  for (const PulseBin* bin : pass.bins) {
-    // The heaps' order depends on the order of points; sums must not.
-    for (const bool pair_list : {false, true}) {
+  for (const bool pair_list : {false, true}) {
+    std::size_t total = 0;
+    for (const PulseBin* bin : pass.bins)
+      total += pair_list ? bin->multiple.size() : bin->any.size();
+    const double kept = static_cast<double>(options_.most_pulses) /
+                        static_cast<double>(std::max(total, std::size_t{1}));
+    for (const PulseBin* bin : pass.bins) {
+      // The heaps' order depends on the order of points; sums must not.
       std::vector<Pulse> pulses = pair_list ? bin->multiple : bin->any;
       std::sort(pulses.begin(), pulses.end(), [](const Pulse& a, const Pulse& b) {
         return a.hash != b.hash ? a.hash < b.hash : a.time_s < b.time_s;
       });
+      if (kept < 1.0)
+        pulses.resize(
+            static_cast<std::size_t>(std::ceil(kept * static_cast<double>(pulses.size()))));
+      const std::size_t first = observations_.size();
       for (const Pulse& pulse : pulses) add_pulse(*bin, pulse, pair_list);
+      if (!pair_list && whole_degrees_) share_edges(first);
     }
+  }
+}
+
+/// Whole degrees err evenly to both sides where a swath covers them from end to end; the outermost
+/// two are covered in part, and their pulses all err alike: together they count as one.
+void PathSolver::share_edges(std::size_t first) {
+  double low = 1e9, high = -1e9;
+  for (std::size_t i = first; i < observations_.size(); ++i) {
+    low = std::min(low, observations_[i].angle);
+    high = std::max(high, observations_[i].angle);
+  }
+  for (const double edge : {low, high}) {
+    double count = 0.0;
+    const auto is_there = [&](const Observation& o) {
+      return std::abs(o.angle - edge) < 0.5 * kRadians;
+    };
+    for (std::size_t i = first; i < observations_.size(); ++i) count += is_there(observations_[i]);
+    for (std::size_t i = first; i < observations_.size(); ++i)
+      if (is_there(observations_[i])) observations_[i].share = 1.0 / count;
   }
 }
 
@@ -200,13 +238,35 @@ void PathSolver::start_states(const TrackFit& start) {
     x(kHeading) = course_;
     x.segment<3>(kVelocity) = to_eigen(velocity);
   }
-  if (model_ != ScanModel::kCone) return;
+  if (model_ == ScanModel::kCone) start_cone();
+}
+
+/// Half angle of the cone: the middle of the beams' leans.
+void PathSolver::start_cone() {
   std::vector<double> leans;
   for (const Observation& o : observations_) {
     const Vector3d b = (o.p - state_at(o).head<3>()).normalized();
     leans.push_back(std::acos(std::clamp(-b.z(), -1.0, 1.0)));
   }
   common_(kShape) = std::clamp(median_of(leans), 4.0 * kRadians, 40.0 * kRadians);
+}
+
+/// Takes position, velocity and heading over; the cone's angle follows from them.
+void PathSolver::start_from(const PathEstimate& warm) {
+  if (warm.nodes.size() != states_.size()) return;
+  for (std::size_t k = 0; k < states_.size(); ++k) {
+    const PathNode& node = warm.nodes[k];
+    states_[k].head<3>() = to_eigen(node.position - origin_);
+    states_[k].segment<3>(kVelocity) = to_eigen(node.velocity);
+    states_[k](kHeading) = node.heading_deg * kRadians;
+  }
+  if (model_ == ScanModel::kCone) start_cone();
+  if (warm.model != model_) return;
+  common_(kShape) = (model_ == ScanModel::kCone ? warm.cone_deg : warm.yaw_offset_deg) * kRadians;
+  for (std::size_t k = 0; k < states_.size(); ++k) {
+    const double lean = warm.nodes[k].lean_deg * kRadians;
+    states_[k](kAxisFore) = model_ == ScanModel::kCone ? std::tan(lean) : lean;
+  }
 }
 
 State PathSolver::state_at(const Observation& o) const {
@@ -288,7 +348,7 @@ void PathSolver::pair_rows(const Observation& o, const State& x, Row rows[2]) co
 }
 
 /// Residual scales from medians, then weights.
-void PathSolver::weigh() {
+void PathSolver::weigh(bool is_early) {
   std::vector<double> angle, scan, pair;
   std::vector<std::array<double, 3>> values(observations_.size());
   for (std::size_t i = 0; i < observations_.size(); ++i) {
@@ -308,9 +368,12 @@ void PathSolver::weigh() {
   scales_.pair = std::max(options_.least_beam_scale, median_of(pair) / 1.177);
   for (std::size_t i = 0; i < observations_.size(); ++i) {
     Observation& o = observations_[i];
-    o.weight_angle = robust_weight(values[i][0] / scales_.angle) / (scales_.angle * scales_.angle);
-    o.weight_scan = robust_weight(values[i][1] / scales_.scan) / (scales_.scan * scales_.scan);
-    o.weight_pair = robust_weight(values[i][2] / scales_.pair) / (scales_.pair * scales_.pair);
+    o.weight_angle = o.share * robust_weight(values[i][0] / scales_.angle, is_early) /
+                     (scales_.angle * scales_.angle);
+    o.weight_scan =
+        robust_weight(values[i][1] / scales_.scan, is_early) / (scales_.scan * scales_.scan);
+    o.weight_pair =
+        robust_weight(values[i][2] / scales_.pair, is_early) / (scales_.pair * scales_.pair);
   }
 }
 
@@ -380,7 +443,8 @@ void PathSolver::add_priors(System& system) const {
   if (model_ == ScanModel::kCone)
     common(kShape, common_(kShape) - 18.0 * kRadians, 20.0 * kRadians);
   else  // Only pairs and angles together can tell the plane's yaw from the heading.
-    common(kShape, common_(kShape), (pairs_ >= 200 && sign_ != 0.0 ? 20.0 : 0.02) * kRadians);
+    common(kShape, common_(kShape),
+           (pairs_ >= kPairsSuffice && sign_ != 0.0 ? 20.0 : 0.02) * kRadians);
 }
 
 /// Smoothness: velocity, heading and axis walk randomly, position follows velocity.
@@ -498,7 +562,7 @@ PathEstimate PathSolver::result(const BlockSolution<kState, kCommon>& solution) 
 PathEstimate PathSolver::run() {
   bool is_settled = false;
   for (int iteration = 0;; ++iteration) {
-    weigh();
+    weigh(iteration < kEarlyIterations);
     System system(states_.size());
     add_observations(system);
     add_priors(system);
@@ -507,10 +571,10 @@ PathEstimate PathSolver::run() {
     const auto solution = solve_blocks(system, is_last);
     const double moved = apply(solution);
     if (is_last) {
-      weigh();
+      weigh(false);
       return result(solution);
     }
-    is_settled = iteration > 2 && moved < 0.05;
+    is_settled = iteration > kEarlyIterations && moved < 0.05;
   }
 }
 
@@ -593,9 +657,10 @@ const char* scan_model_name(ScanModel model) {
 }
 
 PathEstimate solve_path(const LinePass& pass, const TrackFit& start, int sign, ScanModel model,
-                        const TrajectoryOptions& options) {
+                        const TrajectoryOptions& options, const PathEstimate* warm) {
   PathSolver solver(pass, start, sign, model, options);
   if (!solver.is_solvable()) return {};
+  if (warm != nullptr && warm->is_valid) solver.start_from(*warm);
   return solver.run();
 }
 
@@ -618,13 +683,23 @@ PathEstimate estimate_path(const LinePass& pass, const TrackFit& start, int sign
                            const TrajectoryOptions& options) {
   // Beams of a plane or a cone keep to it within this; attitude between nodes takes most of it.
   constexpr double kScanFitsDeg = 0.3;
+  // A scan model that first-last lines contradict is wrong, however well it fits single returns.
+  constexpr double kPairsSuffer = 1.3;
   PathEstimate best = solve_path(pass, start, sign, ScanModel::kNone, options);
   if (!best.is_valid) return best;
-  const PathEstimate plane = solve_path(pass, start, sign, ScanModel::kPlane, options);
-  const PathEstimate cone = solve_path(pass, start, sign, ScanModel::kCone, options);
-  const PathEstimate& better = plane.scan_residual_deg <= cone.scan_residual_deg ? plane : cone;
-  if (better.is_valid && better.scan_residual_deg < kScanFitsDeg) best = better;
-  return best;
+  const bool paired = best.pairs >= kPairsSuffice;
+  const PathEstimate* warm = paired ? &best : nullptr;
+  const double most_pair = paired ? kPairsSuffer * best.pair_residual + 0.1 : 1e9;
+  double least = kScanFitsDeg;
+  PathEstimate chosen;
+  for (const ScanModel model : {ScanModel::kPlane, ScanModel::kCone}) {
+    PathEstimate path = solve_path(pass, start, sign, model, options, warm);
+    if (!path.is_valid || path.scan_residual_deg >= least || path.pair_residual > most_pair)
+      continue;
+    least = path.scan_residual_deg;
+    chosen = std::move(path);
+  }
+  return chosen.is_valid ? chosen : best;
 }
 
 }  // namespace cornice::flightlines

@@ -32,6 +32,7 @@ struct TrajectoryOptions {
   double coordinate_sigma_m = 0.005;    ///< of one return across its beam, at the start
   double least_pair_m = 1.0;            ///< shorter first-last distances are not used
   double least_beam_scale = 0.2;        ///< the residual scales are not believed below this factor
+  std::size_t most_pulses = 60000;      ///< of each kind in one line; a long line is thinned evenly
   int iterations = 25;                  ///< at most
 };
 
@@ -68,8 +69,9 @@ struct PathEstimate {
 /// Estimates the path of one pass.
 /// `start`: fit_track over the pass. `sign`: of the recorded angle (+1, -1), 0 where angles are all
 /// zero or not to be used. `model` as chosen by estimate_path.
+/// `warm`: an earlier path of the same pass and options to start from instead; may be null.
 PathEstimate solve_path(const LinePass& pass, const TrackFit& start, int sign, ScanModel model,
-                        const TrajectoryOptions& options = {});
+                        const TrajectoryOptions& options = {}, const PathEstimate* warm = nullptr);
 
 /// How the recorded angles compare with a path that was found without them.
 struct AngleAgreement {
@@ -79,7 +81,8 @@ struct AngleAgreement {
 };
 AngleAgreement compare_angles(const LinePass& pass, const PathEstimate& path);
 
-/// Chooses the scan model that explains the pulses best and solves with it.
+/// Chooses the scan model that explains the pulses best, first-last lines no worse than without
+/// one, and solves with it.
 PathEstimate estimate_path(const LinePass& pass, const TrackFit& start, int sign,
                            const TrajectoryOptions& options = {});
 
