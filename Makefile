@@ -4,7 +4,7 @@ PREFIX ?= /usr/local
 JOBS ?= $(shell nproc)
 SOURCES = find bench core hlod samples stages terrain-viewer tests -name '*.h' -o -name '*.cpp'
 
-.PHONY: help setup build demo test bench install format lint clean
+.PHONY: help setup build programs demo test bench install format lint clean
 .DEFAULT_GOAL := help
 
 help: ## list these targets
@@ -17,7 +17,11 @@ build: setup ## compile everything into build/
 	@cmake --preset release
 	@cmake --build --preset release -j $(JOBS)
 
-demo: build ## simulate a survey, process it, and show it in demo-output/report.html
+programs: setup ## compile the programs alone, without tests and benchmarks
+	@cmake --preset release
+	@cmake --build --preset release -j $(JOBS) --target cornice-programs
+
+demo: programs ## simulate a survey, process it, and show it in demo-output/report.html
 	@scripts/demo build/bin demo-output
 
 test: build ## run every test
@@ -26,7 +30,7 @@ test: build ## run every test
 bench: build ## run every benchmark; results in build/bench/*.json
 	@scripts/bench build/bin build/bench
 
-install: build ## install the programs; PREFIX=/usr/local unless given
+install: programs ## install the programs; PREFIX=/usr/local unless given
 	@cmake --install build --prefix "$(PREFIX)"
 
 format: ## format the sources with clang-format

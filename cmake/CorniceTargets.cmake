@@ -31,9 +31,13 @@ function(cornice_library name)
   cornice_configure(cornice_${name})
 endfunction()
 
+# What the demo runs, without tests and benchmarks.
+add_custom_target(cornice-programs)
+
 # cornice_stage(name LIBS... ): the executable cornice-<name> from main.cpp in this folder.
 function(cornice_stage name)
   add_executable(cornice-${name} main.cpp)
+  add_dependencies(cornice-programs cornice-${name})
   cornice_configure(cornice-${name})
   target_link_libraries(cornice-${name} PRIVATE cornice_cli ${ARGN})
   install(TARGETS cornice-${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
