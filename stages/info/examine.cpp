@@ -35,7 +35,7 @@ Kind kind_of(const fs::path& path) {
   const std::string name = lower_name(path);
   if (start == "LASF") return Kind::kPoints;
   if (start.substr(0, 3) == "ply" || name.ends_with(".ply")) return Kind::kPly;
-  for (const char* extension : {".las", ".laz", ".las.zip", ".laz.zip"}) {
+  for (const char* extension : {".las", ".laz", ".zip"}) {
     if (name.ends_with(extension)) return Kind::kPoints;
   }
   return Kind::kRaster;

@@ -10,6 +10,7 @@
 #include <mutex>
 
 #include "core/base/error.h"
+#include "core/geo/product_name.h"
 #include "stages/info/examine.h"
 #include "stages/info/wording.h"
 
@@ -50,17 +51,24 @@ void read_position(GDALDatasetH dataset, RasterFacts& facts) {
   facts.pixel_is_point = kind != nullptr && std::string(kind) == "Point";
 }
 
-void read_crs(GDALDatasetH dataset, const ExamineOptions& options, RasterFacts& facts) {
+void read_crs(GDALDatasetH dataset, const std::filesystem::path& path,
+              const ExamineOptions& options, RasterFacts& facts) {
   if (!options.crs_text.empty()) {
     facts.crs = crs_from_text(options.crs_text);
     return;
   }
   const OGRSpatialReferenceH handle = GDALGetSpatialRef(dataset);
-  if (handle == nullptr) return;
-  char* wkt = nullptr;
-  OSRExportToWkt(handle, &wkt);
-  facts.crs = crs_from_wkt(wkt != nullptr ? wkt : "").value_or(Crs{});
-  CPLFree(wkt);
+  if (handle != nullptr) {
+    char* wkt = nullptr;
+    OSRExportToWkt(handle, &wkt);
+    facts.crs = crs_from_wkt(wkt != nullptr ? wkt : "").value_or(Crs{});
+    CPLFree(wkt);
+  }
+  const auto product = parse_product_name(path.filename().string());
+  if (facts.crs.empty() && product && !product->crs_text.empty()) {
+    facts.crs = crs_from_text(product->crs_text);
+    facts.crs_from_name = true;
+  }
 }
 
 /// Range and number of the first band's values, strip by strip.
@@ -116,7 +124,7 @@ RasterFacts examine_raster(const std::filesystem::path& path, const ExamineOptio
   facts.height = GDALGetRasterYSize(dataset.get());
   facts.bands = GDALGetRasterCount(dataset.get());
   read_position(dataset.get(), facts);
-  read_crs(dataset.get(), options, facts);
+  read_crs(dataset.get(), path, options, facts);
   if (facts.bands == 0) return facts;
   const GDALRasterBandH band = GDALGetRasterBand(dataset.get(), 1);
   facts.type = GDALGetDataTypeName(GDALGetRasterDataType(band));
@@ -145,6 +153,9 @@ std::vector<Defect> find_defects(const RasterFacts& facts) {
                                  std::abs(facts.bounds.min_y), std::abs(facts.bounds.max_y)});
   if (facts.crs.empty()) {
     add("crs_missing", "no coordinate reference system; give it with --crs");
+  } else if (facts.crs_from_name) {
+    add("crs_from_name",
+        "the file has no coordinate reference system; it was taken from the file name");
   } else if (in_degrees && facts.has_position && reach > 360.0) {
     add("crs_wrong", "the coordinate reference system (" + facts.crs.name +
                          ") is in degrees, but coordinates reach " + shortest(reach));
@@ -161,11 +172,12 @@ std::vector<Defect> find_defects(const RasterFacts& facts) {
   if (facts.not_finite > 0) {
     add("not_finite", counted(facts.not_finite, "pixel") + " are no numbers");
   }
-  const bool off_grid = facts.has_position && facts.step_x > 0 && !facts.rotated &&
-                        std::abs(std::remainder(facts.bounds.min_x / facts.step_x, 1.0)) > 0.01;
-  if (off_grid && !in_degrees) {
-    add("off_grid", "pixel edges are not at multiples of the pixel side (west edge " +
-                        shortest(facts.bounds.min_x, 12) + "): shifted by half a pixel?");
+  // Any other offset is a grid of its own; half a pixel is the usual slip between centre and edge.
+  const double off = std::abs(std::remainder(facts.bounds.min_x / facts.step_x, 1.0));
+  if (facts.has_position && facts.step_x > 0 && !facts.rotated && !in_degrees &&
+      std::abs(off - 0.5) < 0.01) {
+    add("off_grid", "pixel edges lie half a pixel beside multiples of the pixel side (west edge " +
+                        shortest(facts.bounds.min_x, 12) + ")");
   }
   return defects;
 }

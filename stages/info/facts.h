@@ -119,6 +119,7 @@ struct RasterFacts {
   Box2d bounds;  ///< outer edges of the pixels
   bool pixel_is_point = false;
   Crs crs;
+  bool crs_from_name = false;  ///< the file itself has none
   std::optional<double> no_data;
   std::uint64_t valid = 0;  ///< pixels of the first band with a value
   std::optional<double> min, max;

@@ -301,6 +301,27 @@ TEST(Examine, LooksIntoARaster) {
   EXPECT_THAT(ids(file), IsEmpty());
 }
 
+TEST(Examine, FindsWhatIsWrongWithARaster) {
+  const TemporaryFolder folder;
+  Raster raster;
+  raster.width = raster.height = 20;
+  raster.west = 957000.25;
+  raster.north = 6218000.25;
+  raster.step = 0.5;
+  raster.no_data = 9999.0f;
+  raster.values.assign(400, 9999.0f);
+  write_cog(folder / "a.tif", raster);
+  EXPECT_THAT(
+      ids(examine(folder / "a.tif")),
+      testing::UnorderedElementsAre("crs_missing", "positive_no_data", "no_values", "off_grid"));
+  write_cog(folder / "LHD_FXX_0957_6218_MNT_O_0M50_LAMB93_IGN69.tif", raster);
+  EXPECT_THAT(ids(examine(folder / "LHD_FXX_0957_6218_MNT_O_0M50_LAMB93_IGN69.tif")),
+              Contains("crs_from_name"));
+  raster.crs = crs_from_text("EPSG:4326");
+  write_cog(folder / "b.tif", raster);
+  EXPECT_THAT(ids(examine(folder / "b.tif")), Contains("crs_wrong"));
+}
+
 TEST(ShowText, FitsOneScreen) {
   const TemporaryFolder folder;
   PointCloud cloud = clean_tile();
