@@ -23,6 +23,7 @@ void run(const SurveyOptions& options, const std::filesystem::path& folder, Stag
   report.step("build scene", [&] { scene = Scene::build(scene_options); });
   std::unique_ptr<Survey> survey;
   report.step("plan flight", [&] { survey = std::make_unique<Survey>(options, *scene); });
+  const EmptyFolderRemover remover(folder);
   remove_earlier_survey(folder);
   SurveyResult result;
   report.step("fly and write tiles", [&] {

@@ -108,7 +108,8 @@ double scans_per_pulse(const SurveyOptions& options, const Survey& survey, doubl
   return speed * std::sqrt(density) / pulse_rate;
 }
 
-TileTarget target_of(const Survey& survey, const std::filesystem::path& folder, int tile) {
+TileTarget target_of(const Survey& survey, const std::filesystem::path& folder, int tile,
+                     int threads) {
   const SurveyOptions& options = survey.options;
   const SurveySetup& setup = survey.setup;
   const std::string name = tile_name(options.product, options.container, setup.grid, tile,
@@ -126,6 +127,7 @@ TileTarget target_of(const Survey& survey, const std::filesystem::path& folder, 
     target.las.gps_time_type = GpsTimeType::kWeekSeconds;
   if (setup.defects.horizontal_crs && !target.las.crs.empty())
     target.las.crs = crs_from_text("EPSG:" + std::to_string(target.las.crs.horizontal_epsg));
+  target.las.threads = threads;
   target.is_zipped = options.container == TileContainer::kZippedLas;
   target.is_copc = options.container == TileContainer::kCopc;
   target.is_unordered = setup.defects.unordered;
@@ -213,7 +215,7 @@ SurveyResult fly_survey(const Survey& survey, const std::filesystem::path& folde
   std::vector<TileTarget> targets;
   std::vector<std::unique_ptr<TileWriter>> writers;
   for (int tile = 0; tile < setup.grid.count(); ++tile) {
-    targets.push_back(target_of(survey, folder, tile));
+    targets.push_back(target_of(survey, folder, tile, threads));
     writers.push_back(std::make_unique<TileWriter>(targets.back()));
   }
   for (std::size_t pass = 0; pass < survey.trajectory.passes().size(); ++pass)

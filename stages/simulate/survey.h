@@ -58,4 +58,17 @@ void write_survey_truth(const Survey& survey, const std::filesystem::path& folde
 /// Removes the files of an earlier survey in `folder`, those that its truth/survey.json lists.
 void remove_earlier_survey(const std::filesystem::path& folder);
 
+/// Takes away, at its end, the folders that a failed survey made and left empty.
+class EmptyFolderRemover {
+ public:
+  explicit EmptyFolderRemover(std::filesystem::path folder);
+  ~EmptyFolderRemover();
+  EmptyFolderRemover(const EmptyFolderRemover&) = delete;
+  EmptyFolderRemover& operator=(const EmptyFolderRemover&) = delete;
+
+ private:
+  std::filesystem::path folder_;
+  bool was_there_;
+};
+
 }  // namespace cornice::simulate

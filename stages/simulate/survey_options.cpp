@@ -21,6 +21,13 @@ int tile_number(const std::string& text, const std::string& all) {
   return value;
 }
 
+/// 0, or a step that fits into a tile.
+void check_step(const char* option, double step_m, double tile_m) {
+  constexpr double kLeastStepM = 0.05;
+  if (step_m == 0.0 || (step_m >= kLeastStepM && step_m <= tile_m)) return;
+  throw UsageError(option, "must be 0 or from 0.05 m to the side of a tile");
+}
+
 }  // namespace
 
 std::vector<Option> describe_scene(SurveyOptions& o) {
@@ -148,6 +155,11 @@ TileGrid tile_grid(const SurveyOptions& options) {
 void check(const SurveyOptions& options) {
   tile_grid(options);
   check(options.scanner);
+  check_step("--truth-mesh-step", options.truth_mesh_step_m, options.tile_m);
+  check_step("--truth-dem-step", options.truth_dem_step_m, options.tile_m);
+  const double pixels = options.tile_m / options.truth_dem_step_m;
+  if (options.truth_dem_step_m > 0.0 && std::abs(pixels - std::round(pixels)) > 1e-9)
+    throw UsageError("--truth-dem-step", "must divide the side of a tile");
   const DefectOptions defects = parse_defects(options.product, options.defects);
   const bool is_old = stores_whole_degrees(options.product, options.container);
   if (is_old && options.scanner.channels > 1 && options.channel_tag == ChannelTag::kScannerChannel)

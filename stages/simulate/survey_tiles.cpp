@@ -17,7 +17,6 @@
 
 #include "core/base/error.h"
 #include "core/base/random.h"
-#include "core/io/copc_octree.h"
 
 namespace cornice::simulate {
 namespace {
@@ -113,19 +112,6 @@ std::vector<std::uint64_t> spatial_order(const TileTarget& target,
   return order;
 }
 
-/// The order that write_copc brings the points into.
-std::vector<std::uint64_t> copc_order(const PointCloud& cloud, const LasWriteOptions& options,
-                                      Progress& progress) {
-  const CopcCube cube = copc_cube(cloud.exact, options.scale, options.offset);
-  std::vector<std::uint64_t> order;
-  order.reserve(cloud.size());
-  for (const CopcNode& node :
-       build_copc_octree(cloud.exact, options.scale, options.offset, cube, options.chunk_points,
-                         options.threads, progress))
-    order.insert(order.end(), node.points.begin(), node.points.end());
-  return order;
-}
-
 }  // namespace
 
 TilePart make_part(const TileTarget& target, std::size_t tile, std::vector<SurveyPoint> points) {
@@ -205,8 +191,7 @@ void TileWriter::finish_waiting(MemoryBudget& memory, Progress& progress) {
     memory.charge("the points of " + target_.path.filename().string(), bytes);
     PointCloud cloud = cloud_for(target_, points.size());
     for (const SurveyPoint& point : points) append(cloud, target_, point);
-    write_copc(target_.path, cloud, target_.las, progress);
-    order = copc_order(cloud, target_.las, progress);
+    write_copc(target_.path, cloud, target_.las, progress, &order);
     memory.release(bytes);
   } else {
     order = spatial_order(target_, points);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <system_error>
@@ -124,6 +125,16 @@ void remove_earlier_survey(const fs::path& folder) {
     if (is_inside) fs::remove(folder / file, error);
     if (error) throw RunError((folder / file).string(), "cannot be removed: " + error.message());
   }
+}
+
+EmptyFolderRemover::EmptyFolderRemover(fs::path folder)
+    : folder_(std::move(folder)), was_there_(fs::exists(folder_)) {}
+
+EmptyFolderRemover::~EmptyFolderRemover() {
+  // Folders with something in them are not removed: that is an error, and what is wanted.
+  std::error_code error;
+  fs::remove(folder_ / "truth", error);
+  if (!was_there_) fs::remove(folder_, error);
 }
 
 }  // namespace cornice::simulate

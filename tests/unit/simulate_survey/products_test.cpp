@@ -132,6 +132,13 @@ TEST(SurveyOptions, BadTilesSizesAndCornersAreRefused) {
   EXPECT_EQ(refused([](SurveyOptions& o) { o.corner = {1.0}; }), "--corner");
   EXPECT_EQ(refused([](SurveyOptions& o) { o.corner = {1.5, 2.0}; }), "--corner");
   EXPECT_EQ(refused([](SurveyOptions& o) { o.defects = {"sloppy"}; }), "--defects");
+  EXPECT_EQ(refused([](SurveyOptions& o) { o.truth_mesh_step_m = 0.01; }), "--truth-mesh-step");
+  EXPECT_EQ(refused([](SurveyOptions& o) { o.truth_dem_step_m = 0.3; }), "--truth-dem-step");
+  EXPECT_EQ(refused([](SurveyOptions& o) {
+              o.tile_m = 50.0;
+              o.truth_dem_step_m = 60.0;
+            }),
+            "--truth-dem-step");
   EXPECT_EQ(refused([](SurveyOptions& o) {
               o.scanner.channels = 2;
               o.channel_tag = ChannelTag::kScannerChannel;
