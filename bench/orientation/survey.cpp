@@ -60,7 +60,7 @@ Survey fly(const SurveyPlan& plan, const std::filesystem::path& programs,
   result.tile = only_file(survey, ".laz");
   std::filesystem::path lines = survey / "truth" / "lines.json";
   if (!plan.true_lines) {
-    lines = folder / "lines.json";
+    lines = folder / "lines.gpkg";
     run_program(quoted(programs / "cornice-flightlines") + " " + quoted(result.tile) + " -o " +
                     quoted(lines) + common,
                 folder / "flightlines.log");

@@ -13,9 +13,9 @@ namespace cornice::normals {
 struct IsolatedOptions {
   enum class Method { kNone, kRadius, kStatistical };
   Method method = Method::kRadius;
-  /// kRadius: a point needs `neighbours` others within this distance. Walls that beams graze have as
-  /// little as a point in 4 m2, so more company cannot be asked for without dropping rock.
-  double radius_m = 3.0;
+  /// kRadius: a point needs `neighbours` others within this distance. Walls that beams graze have
+  /// as little as a point in 4 m2, so more company cannot be asked for without dropping rock.
+  double radius_m = 4.0;
   int neighbours = 2;
   /// kStatistical: a point whose mean distance to `mean_k` neighbours exceeds the mean of all
   /// points by this many standard deviations is isolated. Looks at every point: slow.

@@ -24,6 +24,14 @@ constexpr std::array<float, 3> kBeamDoubt{0.02f, 0.17f, 0.5f};
 constexpr float kSpreads = 1.0f;
 constexpr float kLeastSpread_m = 0.02f;
 
+/// Breadth below which a plane is one of range noise (about 3 cm), however good its quality.
+constexpr float kLeastBreadth_m = 0.1f;
+
+/// Quality of a plane, less for one that is hardly broader than the noise.
+float merit(const PlaneFit& plane) {
+  return plane.quality * std::min(plane.breadth_m / kLeastBreadth_m, 1.0f);
+}
+
 /// cosine, less what the doubt about the beam may contribute.
 float beyond_doubt(float cosine, float doubt) {
   return cosine > 0.0f ? std::max(cosine - doubt, 0.0f) : std::min(cosine + doubt, 0.0f);
@@ -46,6 +54,29 @@ float mean_cosine(const PlaneFit& plane, const Neighbourhood& neighbours, const 
   return sum / weights;
 }
 
+/// A point's plane and what the beams of its neighbourhood say.
+struct Estimate {
+  PlaneFit plane;
+  float cosine = 0.0f;  ///< mean_cosine
+};
+
+Estimate estimate(LeafSearch& search, std::uint32_t i, const Beams& beams, float poor_quality) {
+  Estimate best;
+  for (const std::uint32_t factor : {1u, 2u, 4u, 8u, 16u}) {
+    if (factor > 4 && best.plane.breadth_m > kLeastBreadth_m) break;
+    const Neighbourhood neighbours = search.find(i, factor);
+    const PlaneFit plane = fit_plane(neighbours);
+    const bool is_plane = dot(plane.normal, plane.normal) > 0.0f;
+    if (is_plane && (factor == 1 || merit(plane) > merit(best.plane))) {
+      best = {plane, mean_cosine(plane, neighbours, beams)};
+    }
+    if (merit(best.plane) >= poor_quality) break;
+  }
+  return best;
+}
+
+constexpr std::size_t kLeavesPerTask = 512;
+
 }  // namespace
 
 OrientedNormals orient_normals(const PointTree& tree, const Beams& beams,
@@ -57,19 +88,27 @@ OrientedNormals orient_normals(const PointTree& tree, const Beams& beams,
   result.quality.resize(n);
   result.settled_by.resize(n, SettledBy::kNoPlane);
   std::vector<float> evidence(n);
-  for_each_neighbourhood(tree, options.neighbours, options.threads, {},
-                         [&](std::uint32_t i, const Neighbourhood& neighbours) {
-                           const PlaneFit plane = fit_plane(neighbours);
-                           if (dot(plane.normal, plane.normal) == 0.0f) return;
-                           const float cosine = mean_cosine(plane, neighbours, beams);
-                           const float needed = options.tolerance +
-                                                options.tolerance_per_lack * (1.0f - plane.quality);
-                           result.normals[i] = cosine > 0.0f ? -plane.normal : plane.normal;
-                           result.quality[i] = plane.quality;
-                           evidence[i] = std::abs(cosine);
-                           result.settled_by[i] =
-                               evidence[i] >= needed ? SettledBy::kBeams : SettledBy::kNothing;
-                         });
+  const auto settle = [&](std::uint32_t i, const Estimate& found) {
+    const PlaneFit& plane = found.plane;
+    if (dot(plane.normal, plane.normal) == 0.0f) return;
+    const float needed = options.tolerance + options.tolerance_per_lack * (1.0f - plane.quality);
+    result.normals[i] = found.cosine > 0.0f ? -plane.normal : plane.normal;
+    result.quality[i] = plane.quality;
+    evidence[i] = std::abs(found.cosine);
+    result.settled_by[i] = evidence[i] >= needed ? SettledBy::kBeams : SettledBy::kNothing;
+  };
+  const std::vector<std::uint32_t>& leaves = tree.leaves();
+  parallel_for(leaves.size(), kLeavesPerTask, options.threads,
+               [&](std::size_t begin, std::size_t end) {
+                 LeafSearch search(tree, options.neighbours);
+                 for (std::size_t l = begin; l < end; ++l) {
+                   const TreeNode& leaf = tree.nodes()[leaves[l]];
+                   search.open(leaves[l]);
+                   for (std::uint32_t i = leaf.begin; i < leaf.end; ++i) {
+                     settle(i, estimate(search, i, beams, options.poor_quality));
+                   }
+                 }
+               });
   result.rounds = propagate(tree, evidence, options, result);
   for (const SettledBy by : result.settled_by) ++result.counts[static_cast<std::size_t>(by)];
   return result;

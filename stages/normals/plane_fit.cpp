@@ -110,6 +110,7 @@ PlaneFit fit_plane(const Neighbourhood& neighbours) {
   const double q2 = std::max(1.0 - 3.0 * off_plane_sq / (l2 * trace), 0.0);
   fit.normal = normal.cast<float>();
   fit.quality = static_cast<float>(q1 * q2);
+  fit.breadth_m = static_cast<float>(std::sqrt(l1 * trace));
   fit.spread_m = static_cast<float>(std::sqrt(std::max(l0, 0.0) * trace));
   return fit;
 }

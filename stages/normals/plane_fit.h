@@ -11,7 +11,8 @@ namespace cornice::normals {
 struct PlaneFit {
   Vec3f normal;          ///< unit, of the sign that makes z (else y, else x) positive; 0 where none
   float quality = 0.0f;  ///< q1 * q2, 0..1
-  float spread_m = 0.0f;  ///< root of the smallest eigenvalue: rms distance from the plane
+  float breadth_m = 0.0f;  ///< root of the middle eigenvalue: extent across the points' longest way
+  float spread_m = 0.0f;   ///< root of the smallest eigenvalue: rms distance from the plane
 };
 
 /// Least-squares plane: the eigenvector of the smallest eigenvalue l0 <= l1 <= l2 of the

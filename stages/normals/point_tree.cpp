@@ -360,24 +360,31 @@ Neighbourhood LeafSearch::copy_chosen(Vec3f p, std::uint32_t n) {
   return found;
 }
 
-Neighbourhood LeafSearch::find(std::uint32_t i) {
+Neighbourhood LeafSearch::find(std::uint32_t i, std::uint32_t factor) {
+  const auto times = [factor](std::uint32_t count) {
+    constexpr std::uint64_t kMost = std::numeric_limits<std::uint32_t>::max();
+    return static_cast<std::uint32_t>(std::min(kMost, std::uint64_t{count} * factor));
+  };
+  const std::uint32_t least = times(rule_.least), most = times(rule_.most);
   const Vec3f p = tree_->positions()[i];
   std::size_t padded = measure(p);
   const float radius_sq = rule_.radius_m * rule_.radius_m;
   // The box of candidates holds the ball of radius reach_m_ around p, but perhaps no larger one.
-  while (!whole_tree_ && count_within(dist_sq_.data(), padded, reach_m_ * reach_m_) < rule_.least) {
+  while (!whole_tree_ && count_within(dist_sq_.data(), padded, reach_m_ * reach_m_) < least) {
     gather(reach_m_ * 1.5f);
     padded = measure(p);
   }
-  std::uint32_t wanted = rule_.least;
-  if (rule_.most > rule_.least) {
-    wanted = std::clamp(count_within(dist_sq_.data(), padded, radius_sq), rule_.least, rule_.most);
+  std::uint32_t wanted = least;
+  if (most > least) {
+    wanted = std::clamp(count_within(dist_sq_.data(), padded, radius_sq), least, most);
   }
   wanted = std::min(wanted, static_cast<std::uint32_t>(candidates_));
   choose(padded, wanted);
   const Neighbourhood found = copy_chosen(p, wanted);
-  latest_sq_ = found.reach_sq;
-  farthest_sq_ = std::max(farthest_sq_, found.reach_sq);
+  if (factor == 1) {
+    latest_sq_ = found.reach_sq;
+    farthest_sq_ = std::max(farthest_sq_, found.reach_sq);
+  }
   return found;
 }
 

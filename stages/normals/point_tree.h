@@ -66,8 +66,8 @@ class LeafSearch {
   LeafSearch(const PointTree& tree, const NeighbourRule& rule);
   /// Makes `leaf` (an index of nodes()) the one whose points are asked for next.
   void open(std::uint32_t leaf);
-  /// Neighbours of point i of the open leaf.
-  Neighbourhood find(std::uint32_t i);
+  /// Neighbours of point i of the open leaf; `factor` times as many as the rule says.
+  Neighbourhood find(std::uint32_t i, std::uint32_t factor = 1);
 
  private:
   struct NearLeaf {
