@@ -129,7 +129,7 @@ void load_bounds(const std::vector<std::uint8_t>& bytes, LasInfo& info) {
   const bool finite = std::isfinite(info.bounds.min.x + info.bounds.min.y + info.bounds.min.z +
                                     info.bounds.max.x + info.bounds.max.y + info.bounds.max.z);
   if (info.point_count > 0 && (!finite || info.bounds.empty())) {
-    info.warnings.push_back(
+    info.warnings.emplace_back(
         "the header's bounds are not finite, or their minimum is above their "
         "maximum");
   }

@@ -68,7 +68,7 @@ std::optional<Crs> crs_of_keys(LasInfo& info, const std::string& name) {
     throw InputError(name, "has a coordinate system that cannot be read (record 34735 names EPSG:" +
                                std::to_string(code) + "); give the right one with --crs");
   }
-  info.warnings.push_back("the GeoTIFF keys (record 34735) name no coordinate system");
+  info.warnings.emplace_back("the GeoTIFF keys (record 34735) name no coordinate system");
   return std::nullopt;
 }
 
@@ -82,7 +82,7 @@ void take_crs_of_records(LasInfo& info, const std::string& name) {
     crs = crs_of_wkt(info, name);
     info.crs_source = "wkt";
     if (crs && !wkt_bit) {
-      info.warnings.push_back(
+      info.warnings.emplace_back(
           "the coordinate system is WKT but bit 4 of the global encoding, which "
           "says so, is not set");
     }
@@ -91,7 +91,7 @@ void take_crs_of_records(LasInfo& info, const std::string& name) {
     crs = crs_of_keys(info, name);
     info.crs_source = "geotiff keys";
     if (crs) {
-      info.warnings.push_back(
+      info.warnings.emplace_back(
           "the coordinate system stands in GeoTIFF keys where the header "
           "promises WKT");
     }
