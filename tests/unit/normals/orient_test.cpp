@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "stages/normals/propagate.h"
 #include "tests/unit/normals/shapes.h"
@@ -119,6 +120,29 @@ TEST(OrientNormals, SettlesThreePointsOfAPlane) {
   three.add({0, 1, 0}, {0, 0, 1}, {0, 0, -1});
   const Indexed data(three);
   EXPECT_EQ(wrong_share(data.shape, orient(data)), 0.0);
+}
+
+TEST(OrientNormals, LooksBeyondPointsThatLieCloserTogetherThanTheyAreExact) {
+  // As where a mirror turns: rows of points a centimetre apart, 0.7 m from row to row.
+  Shape shape;
+  for (int row = 0; row < 12; ++row) {
+    for (int i = 0; i < 80; ++i) {
+      CounterRandom random(8, static_cast<std::uint64_t>(row), static_cast<std::uint64_t>(i));
+      const double x = 0.4 * random.uniform(), y = 0.7 * row + 0.02 * random.normal();
+      shape.add({x, y, 0.03 * random.normal()}, {0, 0, 1}, {0.1, 0.2, -1.0});
+    }
+  }
+  const Indexed data(shape);
+  const auto tilted_share = [&](float poor_quality) {
+    OrientOptions options;
+    options.poor_quality = poor_quality;
+    const OrientedNormals oriented = orient_normals(data.tree, data.beams(), options);
+    const auto tilted = std::count_if(oriented.normals.begin(), oriented.normals.end(),
+                                      [](Vec3f n) { return std::abs(n.z) < 0.9f; });
+    return static_cast<double>(tilted) / static_cast<double>(shape.positions.size());
+  };
+  EXPECT_LT(tilted_share(OrientOptions{}.poor_quality), 0.01);
+  EXPECT_GT(tilted_share(0.0f), 0.3);
 }
 
 TEST(OrientNormals, GivesTheSameBytesWithOneAndTwoThreads) {

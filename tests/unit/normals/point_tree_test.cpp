@@ -131,6 +131,21 @@ TEST(PointTree, KeepsTheCountWithinItsBoundsWhereItFollowsTheDensity) {
   EXPECT_LE(most, 32u);
 }
 
+TEST(PointTree, FindsTwiceAsManyNeighboursWhereAskedTo) {
+  const Indexed data(test::rolling_ground(800, 8.0));
+  LeafSearch search(data.tree, {8, 8, 0.0f});
+  for (const std::uint32_t leaf : data.tree.leaves()) {
+    search.open(leaf);
+    for (std::uint32_t i = data.tree.nodes()[leaf].begin; i < data.tree.nodes()[leaf].end; ++i) {
+      for (const std::uint32_t factor : {2u, 1u}) {
+        const Neighbourhood found = search.find(i, factor);
+        const std::vector<std::uint32_t> got(found.index, found.index + found.size);
+        ASSERT_EQ(got, nearest(data.shape.positions, i, 8 * factor)) << "of point " << i;
+      }
+    }
+  }
+}
+
 TEST(PointTree, AgreesWithFlannOnDistances) {
   const Indexed data(test::rolling_ground(20000, 40.0));
   std::vector<Vec3f> points = data.shape.positions;
