@@ -116,6 +116,7 @@ struct LaszipEncoder::Impl {
   /// A failure of LASzip is in nearly all cases one of the stream behind it.
   void check(laszip_I32 failure) {
     if (failure == 0 && stream.good()) return;
+    failed = true;
     if (!stream.good()) throw_cannot_write(subject, errno);
     laszip.check(failure, subject);
   }
@@ -131,6 +132,7 @@ struct LaszipEncoder::Impl {
   std::size_t stride = 0;
   bool is_extended = false;
   bool finished = false;
+  bool failed = false;
   Laszip laszip;
   laszip_point_struct* point = nullptr;
 };
@@ -232,7 +234,11 @@ LaszipEncoder::LaszipEncoder(std::ostream& stream, const LasWriteOptions& option
                              std::string subject)
     : impl_(std::make_unique<Impl>(stream, options, std::move(subject))) {}
 
-LaszipEncoder::~LaszipEncoder() = default;
+LaszipEncoder::~LaszipEncoder() {
+  // LASzip frees its compressors only on closing; the file is given up by then. After a failed
+  // write closing would crash it, and what it holds is lost with the process.
+  if (!impl_->finished && !impl_->failed) laszip_close_writer(impl_->laszip.get());
+}
 
 void LaszipEncoder::write(const PointCloud& points, std::size_t begin, std::size_t end,
                           LasTally& tally, const std::uint32_t* order) {
