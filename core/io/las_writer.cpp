@@ -73,6 +73,7 @@ LasWriter::~LasWriter() = default;
 void LasWriter::write(const PointCloud& points) {
   impl_->check_count(impl_->tally.points + points.size());
   impl_->encoder->write(points, 0, points.size(), impl_->tally);
+  impl_->file.check();
   if (impl_->lax) impl_->index(points);
 }
 

@@ -4,14 +4,12 @@
 // LASzip's header sets namespace std loose upon whoever includes it; it stays in this file.
 #include <laszip/laszip_api.h>
 
-#include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <ostream>
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/io/output_stream.h"
 
 namespace cornice {
 namespace {
@@ -113,13 +111,7 @@ struct LaszipEncoder::Impl {
     check(laszip_get_point_pointer(laszip.get(), &point));
   }
 
-  /// A failure of LASzip is in nearly all cases one of the stream behind it.
-  void check(laszip_I32 failure) {
-    if (failure == 0 && stream.good()) return;
-    failed = true;
-    if (!stream.good()) throw_cannot_write(subject, errno);
-    laszip.check(failure, subject);
-  }
+  void check(laszip_I32 failure) const { laszip.check(failure, subject); }
 
   void fill(const PointCloud& points, std::size_t i);
   void fill_legacy(const PointCloud& points, std::size_t i);
@@ -132,7 +124,6 @@ struct LaszipEncoder::Impl {
   std::size_t stride = 0;
   bool is_extended = false;
   bool finished = false;
-  bool failed = false;
   Laszip laszip;
   laszip_point_struct* point = nullptr;
 };
@@ -235,15 +226,13 @@ LaszipEncoder::LaszipEncoder(std::ostream& stream, const LasWriteOptions& option
     : impl_(std::make_unique<Impl>(stream, options, std::move(subject))) {}
 
 LaszipEncoder::~LaszipEncoder() {
-  // LASzip frees its compressors only on closing; the file is given up by then. After a failed
-  // write closing would crash it, and what it holds is lost with the process.
-  if (!impl_->finished && !impl_->failed) laszip_close_writer(impl_->laszip.get());
+  // LASzip frees its compressors only on closing; the file is given up by then.
+  if (!impl_->finished) laszip_close_writer(impl_->laszip.get());
 }
 
 void LaszipEncoder::write(const PointCloud& points, std::size_t begin, std::size_t end,
                           LasTally& tally, const std::uint32_t* order) {
   impl_->check_arrays(points);
-  errno = 0;
   const laszip_POINTER handle = impl_->laszip.get();
   laszip_point_struct& point = *impl_->point;
   for (std::size_t k = begin; k < end; ++k) {
@@ -251,16 +240,13 @@ void LaszipEncoder::write(const PointCloud& points, std::size_t begin, std::size
     impl_->fill(points, i);
     tally.add({point.X, point.Y, point.Z},
               impl_->is_extended ? point.extended_return_number : point.return_number);
-    const laszip_I32 failure = laszip_write_point(handle);
-    if (failure != 0) impl_->check(failure);
+    impl_->check(laszip_write_point(handle));
   }
-  impl_->check(0);
 }
 
 void LaszipEncoder::finish() {
-  errno = 0;
-  impl_->check(laszip_close_writer(impl_->laszip.get()));
   impl_->finished = true;
+  impl_->check(laszip_close_writer(impl_->laszip.get()));
 }
 
 }  // namespace cornice

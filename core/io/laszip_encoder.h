@@ -18,7 +18,8 @@ namespace cornice {
 /// Thread contract: separate objects are independent.
 class LaszipEncoder {
  public:
-  /// `subject` names the file in errors. The stream must outlive the encoder and be seekable.
+  /// `subject` names the file in errors. The stream must outlive the encoder, be
+  /// seekable, and not fail: LASzip crashes on one that does (see PatientFileBuffer).
   LaszipEncoder(std::ostream& stream, const LasWriteOptions& options, std::string subject);
   ~LaszipEncoder();
   LaszipEncoder(const LaszipEncoder&) = delete;
