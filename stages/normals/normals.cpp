@@ -170,7 +170,7 @@ Result compute_normals(PointCloud points, std::size_t tile_points, const FlightL
   orient.neighbours = options.neighbours;
   orient.tolerance = options.tolerance;
   orient.tolerance_per_lack = options.tolerance_per_lack;
-  orient.poor_quality = options.poor_quality;
+  orient.least_breadth_m = options.least_breadth_m;
   orient.least_support = options.least_support;
   orient.threads = options.threads;
   OrientedNormals oriented = orient_normals(tree, found.beams, orient);

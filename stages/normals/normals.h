@@ -21,7 +21,7 @@ struct Options {
   BeamSource beam = BeamSource::kTrajectory;    ///< the best source to use
   float tolerance = OrientOptions{}.tolerance;  ///< as in OrientOptions, the next three too
   float tolerance_per_lack = OrientOptions{}.tolerance_per_lack;
-  float poor_quality = OrientOptions{}.poor_quality;
+  float least_breadth_m = OrientOptions{}.least_breadth_m;
   float least_support = OrientOptions{}.least_support;
   bool keep_halo = false;    ///< also put out the points that came from outside the tile
   bool keep_source = false;  ///< fill Result::source; 4 bytes a point

@@ -24,12 +24,10 @@ constexpr std::array<float, 3> kBeamDoubt{0.02f, 0.17f, 0.5f};
 constexpr float kSpreads = 1.0f;
 constexpr float kLeastSpread_m = 0.02f;
 
-/// Breadth below which a plane is one of range noise (about 3 cm), however good its quality.
-constexpr float kLeastBreadth_m = 0.1f;
-
 /// Quality of a plane, less for one that is hardly broader than the noise.
-float merit(const PlaneFit& plane) {
-  return plane.quality * std::min(plane.breadth_m / kLeastBreadth_m, 1.0f);
+float merit(const PlaneFit& plane, float least_breadth_m) {
+  return plane.breadth_m < least_breadth_m ? plane.quality * plane.breadth_m / least_breadth_m
+                                           : plane.quality;
 }
 
 /// cosine, less what the doubt about the beam may contribute.
@@ -60,17 +58,17 @@ struct Estimate {
   float cosine = 0.0f;  ///< mean_cosine
 };
 
-Estimate estimate(LeafSearch& search, std::uint32_t i, const Beams& beams, float poor_quality) {
+Estimate estimate(LeafSearch& search, std::uint32_t i, const Beams& beams, float least_breadth_m) {
   Estimate best;
   for (const std::uint32_t factor : {1u, 2u, 4u, 8u, 16u}) {
-    if (factor > 4 && best.plane.breadth_m > kLeastBreadth_m) break;
+    // A sharp ridge has a poor plane that is broad enough: more points would not make it better.
+    if (factor > 1 && best.plane.breadth_m >= least_breadth_m) break;
     const Neighbourhood neighbours = search.find(i, factor);
     const PlaneFit plane = fit_plane(neighbours);
-    const bool is_plane = dot(plane.normal, plane.normal) > 0.0f;
-    if (is_plane && (factor == 1 || merit(plane) > merit(best.plane))) {
+    if (dot(plane.normal, plane.normal) == 0.0f) continue;
+    if (factor == 1 || merit(plane, least_breadth_m) > merit(best.plane, least_breadth_m)) {
       best = {plane, mean_cosine(plane, neighbours, beams)};
     }
-    if (merit(best.plane) >= poor_quality) break;
   }
   return best;
 }
@@ -105,7 +103,7 @@ OrientedNormals orient_normals(const PointTree& tree, const Beams& beams,
                    const TreeNode& leaf = tree.nodes()[leaves[l]];
                    search.open(leaves[l]);
                    for (std::uint32_t i = leaf.begin; i < leaf.end; ++i) {
-                     settle(i, estimate(search, i, beams, options.poor_quality));
+                     settle(i, estimate(search, i, beams, options.least_breadth_m));
                    }
                  }
                });

@@ -35,10 +35,10 @@ struct OrientOptions {
   float tolerance = 0.25f;
   /// Added to the tolerance per unit of lacking quality: a poor plane needs a clearer beam.
   float tolerance_per_lack = 0.5f;
-  /// Quality below which a plane is fitted again to twice and four times the neighbours, and on to
-  /// sixteen times while they are no broader than range noise, and the best of all taken: at the
+  /// Breadth (PlaneFit::breadth_m) below which a plane is one of range noise, however good its
+  /// quality, and is fitted again to twice, four, eight and sixteen times the neighbours: at the
   /// turns of a swinging mirror points lie closer together than they are exact. 0: never.
-  float poor_quality = 0.7f;
+  float least_breadth_m = 0.1f;
   /// Support below which a point stays unsettled, on the same scale as the tolerance.
   float least_support = 0.02f;
   int threads = 0;  ///< 0: all cores

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 
 namespace cornice::normals {
 namespace {
@@ -21,28 +22,36 @@ struct Moments {
   Vec3d mean;
 };
 
-/// Sums run over eight interleaved partial sums, an order that vector units of any width share.
+/// Four floats that are worked on together: SSE registers here, four plain floats elsewhere.
+constexpr std::uint32_t kLanes = 4;
+using Lanes = float __attribute__((vector_size(kLanes * sizeof(float))));
+
+/// values[0..count) and zeros, count <= kLanes.
+Lanes load(const float* values, std::uint32_t count) {
+  Lanes lanes{};
+  std::memcpy(&lanes, values, count * sizeof(float));
+  return lanes;
+}
+
+/// Sums run over four interleaved partial sums, an order that does not depend on the machine.
 Moments moments(const Neighbourhood& points) {
-  constexpr std::uint32_t kLanes = 8;
-  std::array<std::array<float, kLanes>, 9> lane{};
-  const auto add = [&](std::uint32_t l, float x, float y, float z) {
-    lane[0][l] += x, lane[1][l] += y, lane[2][l] += z;
-    lane[3][l] += x * x, lane[4][l] += x * y, lane[5][l] += x * z;
-    lane[6][l] += y * y, lane[7][l] += y * z, lane[8][l] += z * z;
+  std::array<Lanes, 9> lane{};
+  const auto add = [&](Lanes x, Lanes y, Lanes z) {
+    lane[0] += x, lane[1] += y, lane[2] += z;
+    lane[3] += x * x, lane[4] += x * y, lane[5] += x * z;
+    lane[6] += y * y, lane[7] += y * z, lane[8] += z * z;
   };
   std::uint32_t i = 0;
   for (; i + kLanes <= points.size; i += kLanes) {
-    for (std::uint32_t l = 0; l < kLanes; ++l) {
-      add(l, points.dx[i + l], points.dy[i + l], points.dz[i + l]);
-    }
+    add(load(points.dx + i, kLanes), load(points.dy + i, kLanes), load(points.dz + i, kLanes));
   }
-  for (; i < points.size; ++i) add(i % kLanes, points.dx[i], points.dy[i], points.dz[i]);
+  const std::uint32_t rest = points.size - i;
+  if (rest > 0)
+    add(load(points.dx + i, rest), load(points.dy + i, rest), load(points.dz + i, rest));
   std::array<double, 9> sum;
   const double scale = 1.0 / static_cast<double>(points.size);
   for (std::size_t s = 0; s < sum.size(); ++s) {
-    double total = 0.0;
-    for (const float value : lane[s]) total += static_cast<double>(value);
-    sum[s] = total * scale;
+    sum[s] = scale * static_cast<double>((lane[s][0] + lane[s][1]) + (lane[s][2] + lane[s][3]));
   }
   const Vec3d mean{sum[0], sum[1], sum[2]};
   return {{sum[3] - mean.x * mean.x, sum[4] - mean.x * mean.y, sum[5] - mean.x * mean.z,
@@ -66,7 +75,8 @@ std::array<double, 3> eigenvalues(const Symmetric& m) {
     if (!(slope > 0.0) || !(value > 0.0)) break;
     const double step = value / slope;
     smallest += step;
-    if (step <= 1e-10 * smallest) break;
+    // Convergence is quadratic: the next step would be below 1e-12 of the root.
+    if (step <= 1e-6 * smallest) break;
   }
   const double half_sum = 0.5 * (trace - smallest);
   const double product = minors - smallest * (trace - smallest);

@@ -133,15 +133,15 @@ TEST(OrientNormals, LooksBeyondPointsThatLieCloserTogetherThanTheyAreExact) {
     }
   }
   const Indexed data(shape);
-  const auto tilted_share = [&](float poor_quality) {
+  const auto tilted_share = [&](float breadth_m) {
     OrientOptions options;
-    options.poor_quality = poor_quality;
+    options.least_breadth_m = breadth_m;
     const OrientedNormals oriented = orient_normals(data.tree, data.beams(), options);
     const auto tilted = std::count_if(oriented.normals.begin(), oriented.normals.end(),
                                       [](Vec3f n) { return std::abs(n.z) < 0.9f; });
     return static_cast<double>(tilted) / static_cast<double>(shape.positions.size());
   };
-  EXPECT_LT(tilted_share(OrientOptions{}.poor_quality), 0.01);
+  EXPECT_LT(tilted_share(OrientOptions{}.least_breadth_m), 0.01);
   EXPECT_GT(tilted_share(0.0f), 0.3);
 }
 
