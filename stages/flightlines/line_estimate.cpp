@@ -369,6 +369,12 @@ void use_angles(const LinePass& pass, const TrackFit& track, const std::string& 
     return;
   }
   const bool flown = !pass.is_timeless && track.is_reliable();
+  // A path that is too loose to be used may still know its directions well.
+  if (line.scan_angle_sign != 0 && estimate.scan_model != ScanModel::kNone &&
+      line.across_standard_error_deg < 1.0 && estimate.along_standard_error_deg < 10.0) {
+    line.beam_source = BeamSource::kAngles;
+    return;
+  }
   const Gradient gradient = angle_gradient(pass);
   if (gradient.error_deg > kMostAcrossErrorDeg) {
     line.beam_reason += "; the recorded angles show no direction on the ground";

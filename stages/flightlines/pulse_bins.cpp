@@ -273,15 +273,17 @@ bool settle_user_data(BinSet& set, const SampleSize& size) {
   std::size_t shared = 0;
   std::size_t sampled = 0;
   for (const auto& [place, bins] : groups) {
+    // Where only one value is seen the other channel looks past the tiles.
+    if (bins.size() < 2) continue;
     std::map<double, int> times;
     for (const PulseBin* bin : bins)
-      for (const Pulse& pulse : bin->any) ++times[pulse.time_s];
+      for (const Pulse& pulse : bin->any) times[pulse.time_s] += pulse.first_return <= 1;
     for (const auto& [time, count] : times) {
       ++sampled;
       shared += count > 1;
     }
   }
-  const bool tells = !set.user_data_ignored && shared * 10 > sampled * 3;
+  const bool tells = !set.user_data_ignored && shared * 20 > sampled;
   if (!tells) drop_user_data(set.bins, size);
   return tells;
 }

@@ -127,8 +127,9 @@ void thin_bins(BinSet& set, const SampleSize& size);
 /// Bytes held by samples and bins.
 std::size_t memory_bytes(const BinSet& set);
 
-/// Merges bins that differ in user data only, unless user data tells channels apart: times that two
-/// values share, in at least three tenths of the sampled pulses. Returns whether it does.
+/// Merges bins that differ in user data only, unless user data tells channels apart: two values
+/// have a first return at one time, in a twentieth of the sampled pulses of half seconds that have
+/// both (often one channel looks past the tiles). Returns whether it does.
 bool settle_user_data(BinSet& set, const SampleSize& size);
 
 }  // namespace cornice::flightlines

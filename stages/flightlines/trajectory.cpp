@@ -18,6 +18,9 @@ constexpr double kRadians = std::numbers::pi / 180.0;
 /// First-last lines that make a path without the help of angles.
 constexpr std::size_t kPairsSuffice = 200;
 constexpr int kEarlyIterations = 4;
+constexpr int kMiddleIterations = 3;
+constexpr double kSoftestDeg = 0.2;
+constexpr int kStepsPerSoftness = 3;  ///< iterations before the ends get half as soft
 constexpr double kLargestCrab = 30.0 * kRadians;
 
 // State of a node: 0-2 position, 3 heading, 4-5 axis of the scanner, 6-8 velocity. Observations
@@ -105,6 +108,7 @@ class PathSolver {
   void pair_rows(const Observation& o, const State& x, Row rows[2]) const;
   State state_at(const Observation& o) const;
   void weigh(bool is_early);
+  Row rounded_row(const Observation& o, const State& x) const;
   void add_observations(System& system) const;
   void add_priors(System& system) const;
   void add_motion(System& system) const;
@@ -115,6 +119,8 @@ class PathSolver {
   ScanModel model_;
   double sign_;  ///< +1, -1, or 0 where angles are not used
   bool whole_degrees_ = true;
+  double softness_ =
+      0.0;  ///< of the ends of whole degrees, radians; 0: residuals from their middle
   double start_time_ = 0.0;
   double step_ = 0.25;
   double course_ = 0.0;
@@ -291,6 +297,20 @@ Row PathSolver::angle_row(const Observation& o, const State& x) const {
   return row;
 }
 
+/// A whole degree says only that the angle lies within half a degree of it. Inside there is nothing
+/// to gain; towards its ends the residual grows as a soft plus, beyond them as the distance. What
+/// is known exactly are the places where one degree ends and the next begins.
+Row PathSolver::rounded_row(const Observation& o, const State& x) const {
+  Row row = angle_row(o, x);
+  const double beyond = (std::abs(row.value) - 0.5 * kRadians) / softness_;
+  const double slope = 1.0 / (1.0 + std::exp(-beyond));
+  const double value = beyond > 30.0 ? beyond : std::log1p(std::exp(beyond));
+  row.by_state *= slope;
+  row.by_common *= slope;
+  row.value = std::copysign(value * softness_, row.value);
+  return row;
+}
+
 /// A plane's beams are square to its normal, a cone's make one angle with its axis.
 Row PathSolver::scan_row(const Observation& o, const State& x) const {
   const Vector3d d = o.p - x.head<3>();
@@ -368,8 +388,12 @@ void PathSolver::weigh(bool is_early) {
   scales_.pair = std::max(options_.least_beam_scale, median_of(pair) / 1.177);
   for (std::size_t i = 0; i < observations_.size(); ++i) {
     Observation& o = observations_[i];
-    o.weight_angle = o.share * robust_weight(values[i][0] / scales_.angle, is_early) /
-                     (scales_.angle * scales_.angle);
+    if (softness_ > 0.0)  // Two degrees off is an outlier; near the ends all count alike.
+      o.weight_angle =
+          robust_weight(values[i][0] / (0.7 * kRadians), false) / (softness_ * softness_);
+    else
+      o.weight_angle = o.share * robust_weight(values[i][0] / scales_.angle, is_early) /
+                       (scales_.angle * scales_.angle);
     o.weight_scan =
         robust_weight(values[i][1] / scales_.scan, is_early) / (scales_.scan * scales_.scan);
     o.weight_pair =
@@ -390,7 +414,7 @@ void PathSolver::add_observations(System& system) const {
       system.corner += weight * row.by_common * row.by_common.transpose();
       system.corner_right -= weight * row.value * row.by_common;
     };
-    if (o.has_angle) add(angle_row(o, x), o.weight_angle);
+    if (o.has_angle) add(softness_ > 0.0 ? rounded_row(o, x) : angle_row(o, x), o.weight_angle);
     if (o.in_scan) add(scan_row(o, x), o.weight_scan);
     if (o.has_pair) {
       Row rows[2];
@@ -561,7 +585,15 @@ PathEstimate PathSolver::result(const BlockSolution<kState, kCommon>& solution) 
 
 PathEstimate PathSolver::run() {
   bool is_settled = false;
+  // The ends of whole degrees say more than their middles, but only once the path is near.
+  const bool rounds = whole_degrees_ && angles_ > 0;
+  const int middle_iterations = rounds ? kEarlyIterations + kMiddleIterations : kEarlyIterations;
   for (int iteration = 0;; ++iteration) {
+    if (rounds && iteration >= middle_iterations)
+      softness_ =
+          std::max(kSoftestDeg * std::pow(0.5, (iteration - middle_iterations) / kStepsPerSoftness),
+                   options_.angle_noise_deg) *
+          kRadians;
     weigh(iteration < kEarlyIterations);
     System system(states_.size());
     add_observations(system);
@@ -574,7 +606,8 @@ PathEstimate PathSolver::run() {
       weigh(false);
       return result(solution);
     }
-    is_settled = iteration > kEarlyIterations && moved < 0.05;
+    is_settled =
+        iteration > middle_iterations + (rounds ? 3 * kStepsPerSoftness : 0) && moved < 0.05;
   }
 }
 

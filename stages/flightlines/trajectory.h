@@ -29,11 +29,12 @@ struct TrajectoryOptions {
   double attitude_sigma_deg = 6.0;      ///< of the mean: pitch and mounting tilt
   double crab_sigma_deg = 6.0;          ///< of the mean heading against the course
   double angle_offset_sigma_deg = 0.1;  ///< of the recorded angles' zero
+  double angle_noise_deg = 0.04;        ///< of recorded angles before they are rounded to degrees
   double coordinate_sigma_m = 0.005;    ///< of one return across its beam, at the start
   double least_pair_m = 1.0;            ///< shorter first-last distances are not used
   double least_beam_scale = 0.2;        ///< the residual scales are not believed below this factor
   std::size_t most_pulses = 60000;      ///< of each kind in one line; a long line is thinned evenly
-  int iterations = 25;                  ///< at most
+  int iterations = 40;                  ///< at most
 };
 
 /// What single returns of a scanner have in common at one time.
