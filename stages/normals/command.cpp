@@ -51,8 +51,13 @@ std::vector<Option> describe_normals(Command& c) {
               {"angles", BeamSource::kAngles},
               {"vertical", BeamSource::kVertical}},
              "the best that beams are taken from"),
-      Option("tolerance", c.tolerance, "mean |n.b| that settles a point by beams alone")
+      Option("tolerance", c.options.tolerance, "mean |n.b| that settles a point by beams alone")
           .range(0, 1)
+          .advanced(),
+      Option("least-breadth-m", c.options.least_breadth_m,
+             "planes narrower than this are fitted to more points; 0: never")
+          .range(0, 10)
+          .unit("m")
           .advanced(),
   };
 }

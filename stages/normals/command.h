@@ -32,7 +32,6 @@ struct Command {
   Neighbourhoods neighbourhoods = Neighbourhoods::kCount;
   int k = 16;
   double radius_m = 1.0;
-  double tolerance = OrientOptions{}.tolerance;
   Options options;
 };
 

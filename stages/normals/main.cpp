@@ -23,7 +23,6 @@ void run(normals::Command& command, StageContext& context) {
   normals::Options& options = command.options;
   options.threads = threads;
   options.neighbours = normals::neighbour_rule(command);
-  options.tolerance = static_cast<float>(command.tolerance);
   options.keep_source = !command.las.empty();
   std::string rules_name;
   const normals::ClassRules rules = normals::class_rules(command, rules_name);
