@@ -18,7 +18,7 @@ struct ColouredPoints {
 /// Where an orthographic view looks.
 struct ObliqueView {
   double heading_deg = 330.0;  ///< looked along, clockwise from north
-  double tilt_deg = 32.0;     ///< of the view below the horizon, above 0 and up to 90
+  double tilt_deg = 32.0;      ///< of the view below the horizon, above 0 and up to 90
   int width_px = 1200;
 };
 
