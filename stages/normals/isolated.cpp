@@ -7,6 +7,7 @@
 #include <pcl/point_types.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 
 namespace cornice::normals {
@@ -14,22 +15,48 @@ namespace {
 
 using Cloud = pcl::PointCloud<pcl::PointXYZ>;
 
+/// True where more than `count` points, p itself included, lie in the cube inside the ball around
+/// p.
+bool has_company(const PointTree& tree, Vec3f p, double radius_m, std::uint32_t count) {
+  const auto half = static_cast<float>(radius_m / std::sqrt(3.0));
+  const std::vector<TreeNode>& nodes = tree.nodes();
+  std::uint32_t found = 0;
+  for (std::uint32_t at = 0; at < nodes.size() && found <= count;) {
+    const TreeNode& node = nodes[at];
+    const bool apart = node.min.x > p.x + half || node.max.x < p.x - half ||
+                       node.min.y > p.y + half || node.max.y < p.y - half ||
+                       node.min.z > p.z + half || node.max.z < p.z - half;
+    if (!apart && node.skip == at + 1) {
+      for (std::uint32_t i = node.begin; i < node.end; ++i) {
+        const Vec3f d = tree.positions()[i] - p;
+        found += std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)}) <= half ? 1 : 0;
+      }
+    }
+    at = apart ? node.skip : at + 1;
+  }
+  return found > count;
+}
+
 /// Indices of points that no node shows to have company: a node of more than `neighbours` points
 /// whose diagonal is no longer than the radius vouches for all its points.
 std::vector<std::uint32_t> find_suspects(const PointTree& tree, const IsolatedOptions& options) {
   std::vector<std::uint32_t> suspects;
   const std::vector<TreeNode>& nodes = tree.nodes();
   const double radius_sq = options.radius_m * options.radius_m;
+  const auto neighbours = static_cast<std::uint32_t>(options.neighbours);
   for (std::uint32_t at = 0; at < nodes.size();) {
     const TreeNode& node = nodes[at];
     const Vec3d diagonal = (node.max - node.min).cast<double>();
-    const bool in_company = node.end - node.begin > static_cast<std::uint32_t>(options.neighbours);
-    if (in_company && dot(diagonal, diagonal) <= radius_sq) {
+    if (node.end - node.begin > neighbours && dot(diagonal, diagonal) <= radius_sq) {
       at = node.skip;
       continue;
     }
     if (node.skip == at + 1) {
-      for (std::uint32_t i = node.begin; i < node.end; ++i) suspects.push_back(i);
+      for (std::uint32_t i = node.begin; i < node.end; ++i) {
+        if (!has_company(tree, tree.positions()[i], options.radius_m, neighbours)) {
+          suspects.push_back(i);
+        }
+      }
     }
     ++at;
   }

@@ -26,7 +26,7 @@ constexpr float kFarAway = 1e18f;
 /// Points whose leaves share one walk from the root.
 constexpr std::uint32_t kGroupPoints = 256;
 /// Neighbours too many that are cheaper to drop one by one than to avoid.
-constexpr std::uint32_t kExcess = 8;
+constexpr std::uint32_t kExcess = 4;
 
 using Nodes = std::vector<TreeNode>;
 
@@ -325,15 +325,17 @@ void LeafSearch::drop_excess(std::uint32_t n, std::uint32_t wanted, float below,
     std::nth_element(sorted.begin(), sorted.begin() + (wanted - 1), sorted.end());
     limit = sorted[wanted - 1];
   }
-  // Ties at the limit: the lower indices count as nearer.
-  std::uint32_t ties = wanted;
-  for (std::uint32_t c = 0; c < n; ++c) ties -= chosen_sq_[c] < limit ? 1 : 0;
+  // Where more than are wanted lie within the limit, they tie at it: the lower indices are nearer.
+  std::uint32_t excess = count_within(chosen_sq_.data(), padded, limit) - wanted;
+  for (std::uint32_t c = n; c-- > 0 && excess > 0;) {
+    if (chosen_sq_[c] != limit) continue;
+    chosen_sq_[c] = std::numeric_limits<float>::max();
+    --excess;
+  }
   std::uint32_t kept = 0;
   for (std::uint32_t c = 0; c < n; ++c) {
-    const bool tie = chosen_sq_[c] == limit;
     chosen_[kept] = chosen_[c];
-    kept += (chosen_sq_[c] < limit) | (tie & (ties > 0)) ? 1 : 0;
-    ties -= tie & (ties > 0) ? 1 : 0;
+    kept += chosen_sq_[c] <= limit ? 1 : 0;
   }
 }
 
@@ -389,7 +391,7 @@ Neighbourhood LeafSearch::find(std::uint32_t i, std::uint32_t factor) {
 }
 
 void for_each_neighbourhood(const PointTree& tree, const NeighbourRule& rule, int threads,
-                            const std::function<bool(const TreeNode& leaf)>& wanted,
+                            const std::function<bool(std::uint32_t)>& wanted,
                             const std::function<void(std::uint32_t, const Neighbourhood&)>& body) {
   constexpr std::size_t kLeavesPerTask = 512;
   const std::vector<std::uint32_t>& leaves = tree.leaves();
@@ -397,9 +399,13 @@ void for_each_neighbourhood(const PointTree& tree, const NeighbourRule& rule, in
     LeafSearch search(tree, rule);
     for (std::size_t l = begin; l < end; ++l) {
       const TreeNode& leaf = tree.nodes()[leaves[l]];
-      if (wanted && !wanted(leaf)) continue;
-      search.open(leaves[l]);
-      for (std::uint32_t i = leaf.begin; i < leaf.end; ++i) body(i, search.find(i));
+      bool is_open = false;
+      for (std::uint32_t i = leaf.begin; i < leaf.end; ++i) {
+        if (wanted && !wanted(i)) continue;
+        if (!is_open) search.open(leaves[l]);
+        is_open = true;
+        body(i, search.find(i));
+      }
     }
   });
 }

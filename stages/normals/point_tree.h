@@ -99,10 +99,10 @@ class LeafSearch {
   std::vector<float> dx_, dy_, dz_, chosen_sq_;
 };
 
-/// Calls body(i, neighbourhood) once for every point whose leaf passes `wanted` (all where empty),
-/// on up to `threads` threads; body must write only what belongs to point i.
+/// Calls body(i, neighbourhood) once for every point that is `wanted` (all where empty), on up to
+/// `threads` threads; body must write only what belongs to point i.
 void for_each_neighbourhood(const PointTree& tree, const NeighbourRule& rule, int threads,
-                            const std::function<bool(const TreeNode& leaf)>& wanted,
+                            const std::function<bool(std::uint32_t)>& wanted,
                             const std::function<void(std::uint32_t, const Neighbourhood&)>& body);
 
 }  // namespace cornice::normals

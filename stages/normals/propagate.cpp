@@ -44,14 +44,11 @@ bool is_open(SettledBy by) { return by == SettledBy::kNothing; }
 
 void collect_neighbours(const PointTree& tree, const OrientOptions& options,
                         const std::vector<SettledBy>& settled_by, Pending& pending) {
-  const auto any_open = [&](const TreeNode& leaf) {
-    return std::any_of(settled_by.begin() + leaf.begin, settled_by.begin() + leaf.end, is_open);
-  };
   const auto search = [&](const auto& body) {
-    for_each_neighbourhood(tree, options.neighbours, options.threads, any_open,
-                           [&](std::uint32_t i, const Neighbourhood& found) {
-                             if (is_open(settled_by[i])) body(pending.place[i], found);
-                           });
+    for_each_neighbourhood(
+        tree, options.neighbours, options.threads,
+        [&](std::uint32_t i) { return is_open(settled_by[i]); },
+        [&](std::uint32_t i, const Neighbourhood& found) { body(pending.place[i], found); });
   };
   auto& [first, items] = pending.neighbours;
   first.assign(pending.points.size() + 1, 0);

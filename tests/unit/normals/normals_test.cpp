@@ -158,6 +158,26 @@ TEST(ComputeNormals, RemovesPointsAloneInTheAir) {
   EXPECT_EQ(compute(cloud_of(positions), one_line(), options).counts.isolated, 0u);
 }
 
+TEST(FindIsolated, AgreesWithCountingAllPointsWithinTheRadius) {
+  Shape sparse = test::rolling_ground(600, 60.0);
+  for (const Vec3f& p : test::rolling_ground(300, 8.0, 2).positions) {
+    sparse.add(p.cast<double>(), {0, 0, 1}, {0, 0, -1});
+  }
+  const Indexed data(sparse);
+  for (const double radius_m : {1.0, 2.5, 4.0}) {
+    IsolatedOptions options;
+    options.radius_m = radius_m;
+    options.neighbours = 3;
+    const std::vector<std::uint8_t> isolated = find_isolated(data.tree, options);
+    for (std::size_t i = 0; i < isolated.size(); ++i) {
+      const auto within = std::count_if(
+          data.shape.positions.begin(), data.shape.positions.end(),
+          [&](Vec3f p) { return norm((p - data.shape.positions[i]).cast<double>()) <= radius_m; });
+      ASSERT_EQ(isolated[i] != 0, within <= 3) << "point " << i << ", radius " << radius_m;
+    }
+  }
+}
+
 TEST(ComputeNormals, GivesPointsAtTheBorderTheNormalsOfTheWholeWhereThereIsAHalo) {
   const std::vector<Vec3f> ground = test::rolling_ground(40000, 40.0).positions;
   std::vector<Vec3f> tile, halo;
