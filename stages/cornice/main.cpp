@@ -28,9 +28,10 @@ struct StageLine {
 };
 
 // In the order in which data passes through them.
-constexpr std::array<StageLine, 4> kStages{{
+constexpr std::array<StageLine, 5> kStages{{
     {"simulate", "flies a scanner over an analytic scene: LAZ tiles and their truth"},
     {"info", "says what is in a LAS, LAZ, COPC, PLY or GeoTIFF file"},
+    {"index", "lays out the tiles of a survey from their headers"},
     {"flightlines", "splits tiles into flight lines and finds the sensor's path"},
     {"normals", "estimates normals that point out of the ground"},
 }};
