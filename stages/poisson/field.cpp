@@ -1,11 +1,190 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "stages/poisson/field.h"
 
+#include <algorithm>
+#include <array>
+#include <cassert>
 #include <utility>
 
+#include "core/base/parallel.h"
+
 namespace cornice {
+namespace {
+
+constexpr int kClosedSide = kBrickSide + 1;
+constexpr std::size_t kBricksAtATime = 256;
+
+constexpr int at9(int x, int y, int z) { return x + kClosedSide * (y + kClosedSide * z); }
+constexpr int at8(int x, int y, int z) { return x + kBrickSide * (y + kBrickSide * z); }
+
+/// Copies the nodes that brick + (dx, dy, dz) owns into the closed nodes of `brick`.
+void copy_owned(const float* owner, int dx, int dy, int dz, float* closed) {
+  const int nx = dx ? 1 : kBrickSide, ny = dy ? 1 : kBrickSide, nz = dz ? 1 : kBrickSide;
+  for (int z = 0; z < nz; ++z) {
+    for (int y = 0; y < ny; ++y) {
+      std::copy_n(owner + at8(0, y, z), nx,
+                  closed + at9(kBrickSide * dx, y + kBrickSide * dy, z + kBrickSide * dz));
+    }
+  }
+}
+
+/// Mean of the two coarse nodes around fine node `c`, which may be one and the same. The order of
+/// the additions depends on the parity of (x, y, z) only, so that a node has the same bits in every
+/// brick it is read with.
+float interpolate(const float* coarse, int x, int y, int z) {
+  const int x0 = x >> 1, x1 = (x + 1) >> 1, y0 = y >> 1, y1 = (y + 1) >> 1;
+  const auto along_x = [&](int j, int k) {
+    return x0 == x1 ? coarse[at9(x0, j, k)]
+                    : 0.5f * (coarse[at9(x0, j, k)] + coarse[at9(x1, j, k)]);
+  };
+  const auto along_y = [&](int k) {
+    return y0 == y1 ? along_x(y0, k) : 0.5f * (along_x(y0, k) + along_x(y1, k));
+  };
+  const int z0 = z >> 1, z1 = (z + 1) >> 1;
+  return z0 == z1 ? along_y(z0) : 0.5f * (along_y(z0) + along_y(z1));
+}
+
+/// Where `brick` starts within its parent, in nodes of the parent.
+constexpr int half_of(std::int32_t b) { return (b & 1) * (kBrickSide / 2); }
+
+struct Range {
+  float low, high;
+  bool may_cross() const { return low <= 0.0f && high >= 0.0f && !(low == 0.0f && high == 0.0f); }
+};
+
+/// Least and greatest of `side`^3 closed nodes from (x, y, z) on.
+Range range_of(const float* closed, int x, int y, int z, int side) {
+  Range range{closed[at9(x, y, z)], closed[at9(x, y, z)]};
+  for (int k = z; k < z + side; ++k) {
+    for (int j = y; j < y + side; ++j) {
+      for (int i = x; i < x + side; ++i) {
+        range.low = std::min(range.low, closed[at9(i, j, k)]);
+        range.high = std::max(range.high, closed[at9(i, j, k)]);
+      }
+    }
+  }
+  return range;
+}
+
+/// Box of brick keys of one level, ends inclusive.
+struct KeyBox {
+  BrickKey first, last;
+  bool contains(BrickKey b) const {
+    return b.x >= first.x && b.x <= last.x && b.y >= first.y && b.y <= last.y && b.z >= first.z &&
+           b.z <= last.z;
+  }
+  /// The bricks `levels` coarser that cover it.
+  KeyBox coarser(int levels) const {
+    return {{first.x >> levels, first.y >> levels, first.z >> levels},
+            {last.x >> levels, last.y >> levels, last.z >> levels}};
+  }
+};
+
+/// Bricks to look at on one level: those stored there, those that read nodes of a stored one on
+/// their far faces, and those that a coarser level handed down.
+std::vector<BrickKey> merged(const FieldLevel& stored, const BrickIndex& index,
+                             std::vector<BrickKey> handed_down, const KeyBox& box) {
+  for (const BrickKey brick : stored.bricks) {
+    for (int o = 0; o < 8; ++o) {
+      const BrickKey reader = shifted(brick, -(o & 1), -(o >> 1 & 1), -(o >> 2));
+      if (!box.contains(reader)) continue;
+      if (o == 0 || index.find(stored.bricks, reader) == BrickIndex::kNone)
+        handed_down.push_back(reader);
+    }
+  }
+  std::sort(handed_down.begin(), handed_down.end());
+  handed_down.erase(std::unique(handed_down.begin(), handed_down.end()), handed_down.end());
+  return handed_down;
+}
+
+/// All of `candidates` that pick(brick, out) appends, in their order.
+template <class Pick>
+std::vector<BrickKey> picked(const std::vector<BrickKey>& candidates, int threads, Pick pick) {
+  std::vector<BrickKey> all;
+  return parallel_reduce(
+      candidates.size(), kBricksAtATime, threads, std::move(all),
+      [&](std::size_t begin, std::size_t end) {
+        std::vector<BrickKey> part;
+        for (std::size_t i = begin; i < end; ++i) pick(candidates[i], part);
+        return part;
+      },
+      [](std::vector<BrickKey>& sum, const std::vector<BrickKey>& part) {
+        sum.insert(sum.end(), part.begin(), part.end());
+      });
+}
+
+}  // namespace
 
 Field::Field(Lattice lattice, std::vector<FieldLevel> levels)
-    : lattice_(lattice), levels_(std::move(levels)) {}
+    : lattice_(lattice), levels_(std::move(levels)) {
+  index_.reserve(levels_.size());
+  for (const FieldLevel& level : levels_) {
+    assert(level.values.size() == level.bricks.size() * kBrickNodes && "512 values a brick");
+    assert(std::is_sorted(level.bricks.begin(), level.bricks.end()) && "bricks are sorted");
+    index_.emplace_back(level.bricks);
+  }
+}
+
+std::uint32_t Field::find(int level, BrickKey brick) const {
+  const auto l = static_cast<std::size_t>(level);
+  return index_[l].find(levels_[l].bricks, brick);
+}
+
+bool Field::closed_brick(int level, BrickKey brick,
+                         std::span<float, kClosedBrickNodes> values) const {
+  if (level < 0 || static_cast<std::size_t>(level) >= levels_.size()) return false;
+  std::array<std::uint32_t, 8> owners;
+  bool all_stored = true;
+  for (int o = 0; o < 8; ++o) {
+    owners[o] = find(level, shifted(brick, o & 1, o >> 1 & 1, o >> 2));
+    all_stored = all_stored && owners[o] != BrickIndex::kNone;
+  }
+  if (!all_stored) {
+    std::array<float, kClosedBrickNodes> coarse;
+    if (!closed_brick(level + 1, parent(brick), coarse)) return false;
+    const float* from = coarse.data() + at9(half_of(brick.x), half_of(brick.y), half_of(brick.z));
+    for (int z = 0; z < kClosedSide; ++z) {
+      for (int y = 0; y < kClosedSide; ++y) {
+        for (int x = 0; x < kClosedSide; ++x) values[at9(x, y, z)] = interpolate(from, x, y, z);
+      }
+    }
+  }
+  const FieldLevel& stored = levels_[static_cast<std::size_t>(level)];
+  for (int o = 0; o < 8; ++o) {
+    if (owners[o] == BrickIndex::kNone) continue;
+    copy_owned(stored.values.data() + std::size_t{owners[o]} * kBrickNodes, o & 1, o >> 1 & 1,
+               o >> 2, values.data());
+  }
+  return true;
+}
+
+std::vector<BrickKey> Field::crossing_bricks(BrickKey first, BrickKey last, int threads) const {
+  const KeyBox box{first, last};
+  std::vector<BrickKey> candidates;
+  for (int level = static_cast<int>(levels_.size()) - 1; level > 0; --level) {
+    const auto l = static_cast<std::size_t>(level);
+    candidates = merged(levels_[l], index_[l], std::move(candidates), box.coarser(level));
+    const KeyBox finer = box.coarser(level - 1);
+    candidates = picked(candidates, threads, [&](BrickKey brick, std::vector<BrickKey>& out) {
+      std::array<float, kClosedBrickNodes> closed;
+      if (!closed_brick(level, brick, closed)) return;
+      constexpr int half = kBrickSide / 2;
+      for (int o = 0; o < 8; ++o) {
+        const int dx = o & 1, dy = o >> 1 & 1, dz = o >> 2;
+        const BrickKey child{2 * brick.x + dx, 2 * brick.y + dy, 2 * brick.z + dz};
+        if (!finer.contains(child)) continue;
+        if (range_of(closed.data(), half * dx, half * dy, half * dz, half + 1).may_cross())
+          out.push_back(child);
+      }
+    });
+  }
+  if (levels_.empty()) return {};
+  candidates = merged(levels_[0], index_[0], std::move(candidates), box);
+  return picked(candidates, threads, [&](BrickKey brick, std::vector<BrickKey>& out) {
+    std::array<float, kClosedBrickNodes> closed;
+    if (closed_brick(0, brick, closed) && range_of(closed.data(), 0, 0, 0, kClosedSide).may_cross())
+      out.push_back(brick);
+  });
+}
 
 }  // namespace cornice
