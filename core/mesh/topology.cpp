@@ -146,7 +146,8 @@ TopologyReport check_topology(const std::vector<Triangle>& triangles, std::size_
   std::vector<std::uint8_t> bad;
   border_vertices(triangles, twins, vertex_count, &bad);
   std::vector<std::uint8_t> on_bad_edge(vertex_count, 0);
-  for (const auto& [edge, count] : bad_edges) on_bad_edge[edge.first] = on_bad_edge[edge.second] = 1;
+  for (const auto& [edge, count] : bad_edges)
+    on_bad_edge[edge.first] = on_bad_edge[edge.second] = 1;
   for (std::size_t v = 0; v < vertex_count; ++v) {
     report.non_manifold_vertices += bad[v] != 0 && on_bad_edge[v] == 0;
   }

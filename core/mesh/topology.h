@@ -28,8 +28,9 @@ inline constexpr std::uint32_t kNoTwin = kNonManifoldEdge;  ///< from here on: n
 inline std::uint32_t next_half_edge(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
 inline std::uint32_t previous_half_edge(std::uint32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
 
-/// The twin of each of the 3 * #T half-edges, kOpenEdge or kNonManifoldEdge. Half-edges of triangles
-/// that name a vertex twice are kNonManifoldEdge. Memory: 24 bytes a triangle while it runs.
+/// The twin of each of the 3 * #T half-edges, kOpenEdge or kNonManifoldEdge. Half-edges of
+/// triangles that name a vertex twice are kNonManifoldEdge. Memory: 24 bytes a triangle while it
+/// runs.
 std::vector<std::uint32_t> match_half_edges(const std::vector<Triangle>& triangles,
                                             std::size_t vertex_count, int threads);
 

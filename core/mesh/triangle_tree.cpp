@@ -11,8 +11,8 @@ namespace cornice {
 namespace {
 
 constexpr std::size_t kGrain = std::size_t{1} << 16;
-constexpr int kKeyBits = 16;     // per axis
-constexpr int kDigitBits = 12;   // of the radix sort: its table stays in the first-level cache
+constexpr int kKeyBits = 16;    // per axis
+constexpr int kDigitBits = 12;  // of the radix sort: its table stays in the first-level cache
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 struct KeyedTriangle {
@@ -101,7 +101,8 @@ void TriangleTree::sort_triangles(int threads) {
         return b;
       },
       [](Bounds& a, const Bounds& b) {
-        a.low = {std::min(a.low.x, b.low.x), std::min(a.low.y, b.low.y), std::min(a.low.z, b.low.z)};
+        a.low = {std::min(a.low.x, b.low.x), std::min(a.low.y, b.low.y),
+                 std::min(a.low.z, b.low.z)};
         a.high = {std::max(a.high.x, b.high.x), std::max(a.high.y, b.high.y),
                   std::max(a.high.z, b.high.z)};
       });
@@ -180,7 +181,8 @@ NearestPoint TriangleTree::search(Vec3f p, const NearestQuery& query) const {
       if (dot(cross(b - a, d - a), query.facing) <= 0.0f) return;
     }
     NearestPoint here = nearest_on_triangle(p, a, b, d);
-    if (here.distance_sq < best.distance_sq || (!best.found() && here.distance_sq <= best.distance_sq)) {
+    if (here.distance_sq < best.distance_sq ||
+        (!best.found() && here.distance_sq <= best.distance_sq)) {
       best = here;
       best.triangle = t;
     }

@@ -28,11 +28,13 @@ struct NearestQuery {
   float max_distance_sq = std::numeric_limits<float>::infinity();
   float enough_sq = 0.0f;             ///< anything as near as this will do
   std::uint32_t guess = 0xffffffffu;  ///< a triangle that may be near: makes the search short
-  Vec3f facing{};  ///< where not zero: only triangles whose normal makes less than 90 degrees with it
+  Vec3f
+      facing{};  ///< where not zero: only triangles whose normal makes less than 90 degrees with it
 };
 
-/// Keeps references to the arrays it is made of, which must stay as they are. Thread contract: const
-/// members may be called from many threads. Memory: 12 bytes a triangle (32 while it is built).
+/// Keeps references to the arrays it is made of, which must stay as they are. Thread contract:
+/// const members may be called from many threads. Memory: 12 bytes a triangle (32 while it is
+/// built).
 class TriangleTree {
  public:
   TriangleTree(const std::vector<Vec3f>& positions, const std::vector<Triangle>& triangles,

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// cornice-trim: a reconstructed mesh in, the part of it that measurements support out.
+#include "core/base/error.h"
+#include "core/cli/stage.h"
+#include "core/io/ply.h"
+#include "stages/trim/command.h"
+#include "stages/trim/point_support.h"
+
+namespace {
+
+using namespace cornice;
+
+/// What the stage needs at its peak: the mesh twice, its edges, the fates of its vertices.
+constexpr std::uint64_t kBytesPerTriangle = 120;
+
+std::uint64_t triangle_count(const PlyInfo& info) {
+  for (const PlyInfo::Element& element : info.elements) {
+    if (element.name == "face") return element.count;
+  }
+  return 0;
+}
+
+void run(trim::Command& command, StageContext& context) {
+  Report& report = context.report;
+  command.options.threads = context.options.threads;
+  if (command.options.min_support_m > command.options.max_support_m) {
+    throw UsageError("--min-support", "must not exceed --max-support");
+  }
+  report.add_input(command.mesh);
+  if (!command.points.empty()) report.add_input(command.points);
+  context.memory.charge("the mesh",
+                        triangle_count(read_ply_info(command.mesh)) * kBytesPerTriangle);
+  Mesh mesh;
+  report.step("read", [&] { mesh = read_ply_mesh(command.mesh); });
+  trim::Result result;
+  try {
+    if (!command.points.empty()) {
+      report.step("support", [&] {
+        trim::add_support(mesh, read_ply_points(command.points), context.options.threads);
+      });
+    }
+    report.step("trim", [&] { result = trim::trim(mesh, command.options, context.progress); });
+  } catch (const InputError& error) {
+    throw InputError(command.mesh.string(), error.problem());
+  }
+  trim::report_counts(result.counts, result.mesh, report);
+  report.step("write", [&] { write_ply(command.output, result.mesh); });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  trim::Command command;
+  Stage stage;
+  stage.name = "trim";
+  stage.description = "Takes surface without measurements off a reconstructed mesh";
+  stage.options = trim::describe(command);
+  stage.examples = {"cornice-trim tile.ply -o trimmed.ply --bridge 20",
+                    "cornice-trim foreign.ply --points points.ply -o trimmed.ply"};
+  stage.run = [&](StageContext& context) { run(command, context); };
+  return run_stage(argc, argv, std::move(stage));
+}

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "stages/trim/trim.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/mesh/select.h"
+#include "core/mesh/topology.h"
+#include "stages/trim/closing.h"
+
+namespace cornice::trim {
+namespace {
+
+constexpr std::size_t kGrain = std::size_t{1} << 16;
+
+std::vector<std::uint8_t> measured_vertices(const Mesh& mesh, const Options& options) {
+  const std::vector<float>* support = find_float_property(mesh, "support");
+  const std::vector<float>* density = find_float_property(mesh, "density");
+  if (support == nullptr) {
+    throw InputError("", "the mesh has no vertex property \"support\"; give the measured points");
+  }
+  std::vector<std::uint8_t> measured(mesh.positions.size());
+  parallel_for(measured.size(), kGrain, options.threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t v = begin; v < end; ++v) {
+      double limit = options.max_support_m;
+      if (density != nullptr && (*density)[v] > 0.0f) {
+        const double spacing = 1.0 / std::sqrt(static_cast<double>((*density)[v]));
+        limit = std::min(limit, std::max(options.min_support_m, options.spacings * spacing));
+      }
+      measured[v] = (*support)[v] <= limit;  // false where support is not a number
+    }
+  });
+  return measured;
+}
+
+/// Triangles to keep, and whether a vertex is bridged.
+struct Choice {
+  std::vector<std::uint8_t> triangles;
+  std::vector<std::uint8_t> bridged;
+};
+
+Choice choose_triangles(const Mesh& mesh, const std::vector<std::uint32_t>& twins,
+                        const std::vector<Fate>& fates, const std::vector<std::uint8_t>& measured) {
+  Choice choice;
+  choice.triangles.resize(mesh.triangles.size());
+  choice.bridged.assign(mesh.positions.size(), 0);
+  const auto kept = [&](std::uint32_t v) { return fates[v] != Fate::kDropped; };
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Triangle& c = mesh.triangles[t];
+    bool keep = kept(c[0]) && kept(c[1]) && kept(c[2]);
+    // The tile next door has this border edge too, and knows no more than its two ends.
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      if (twins[3 * t + k] == kOpenEdge) keep = kept(c[k]) && kept(c[(k + 1) % 3]);
+    }
+    choice.triangles[t] = keep;
+    if (!keep) continue;
+    for (const std::uint32_t v : c) choice.bridged[v] = measured[v] == 0;
+  }
+  return choice;
+}
+
+/// Drops parts that are small and do not reach the open border of the whole, where they may go on.
+void drop_small_parts(const Mesh& mesh, const std::vector<std::uint32_t>& twins,
+                      const Options& options, std::vector<std::uint8_t>& keep, Counts& counts) {
+  std::vector<std::uint32_t> inner = twins;
+  for (std::size_t h = 0; h < inner.size(); ++h) {
+    if (keep[h / 3] == 0 || (inner[h] < kNoTwin && keep[inner[h] / 3] == 0)) inner[h] = kOpenEdge;
+  }
+  std::uint32_t count = 0;
+  const std::vector<std::uint32_t> part = triangle_components(mesh.triangles, inner, count);
+  std::vector<double> area(count, 0.0);
+  std::vector<std::uint8_t> goes_on(count, 0);
+  for (std::size_t t = 0; t < keep.size(); ++t) {
+    if (keep[t] == 0) continue;
+    area[part[t]] += triangle_area(mesh, mesh.triangles[t]);
+    for (std::size_t h = 3 * t; h < 3 * t + 3; ++h) {
+      if (twins[h] == kOpenEdge) goes_on[part[t]] = 1;
+    }
+  }
+  const auto is_small = [&](std::uint32_t p) {
+    return goes_on[p] == 0 && area[p] > 0.0 && area[p] < options.min_area_m2;
+  };
+  for (std::uint32_t p = 0; p < count; ++p) counts.small_parts += is_small(p);
+  for (std::size_t t = 0; t < keep.size(); ++t) {
+    if (keep[t] != 0 && is_small(part[t])) keep[t] = 0;
+  }
+}
+
+/// Gives every fan of triangles a vertex of its own where two fans met in a point.
+std::uint64_t split_touching_vertices(Mesh& mesh, int threads) {
+  const auto twins = match_half_edges(mesh.triangles, mesh.positions.size(), threads);
+  std::vector<std::uint8_t> bad;
+  border_vertices(mesh.triangles, twins, mesh.positions.size(), &bad);
+  std::vector<std::uint32_t> rows(mesh.positions.size());
+  for (std::uint32_t v = 0; v < rows.size(); ++v) rows[v] = v;
+  std::vector<std::uint8_t> has_fan(mesh.positions.size(), 0);
+  std::vector<Triangle> triangles = mesh.triangles;
+  for (std::uint32_t h = 0; h < twins.size(); ++h) {
+    const std::uint32_t v = mesh.triangles[h / 3][h % 3];
+    if (bad[v] == 0 || twins[h] != kOpenEdge) continue;
+    // An open edge that leaves v starts a fan.
+    if (has_fan[v] == 0) {
+      has_fan[v] = 1;
+      continue;
+    }
+    const auto copy = static_cast<std::uint32_t>(rows.size());
+    rows.push_back(v);
+    for (std::uint32_t g = h; g < kNoTwin; g = twins[previous_half_edge(g)]) {
+      triangles[g / 3][g % 3] = copy;
+    }
+  }
+  const std::uint64_t added = rows.size() - mesh.positions.size();
+  if (added == 0) return 0;
+  Mesh split = gather_vertices(mesh, rows);
+  split.triangles = std::move(triangles);
+  mesh = std::move(split);
+  return added;
+}
+
+void add_areas(const Mesh& mesh, const std::vector<std::uint8_t>& bridged, Counts& counts) {
+  for (const Triangle& t : mesh.triangles) {
+    const double area = triangle_area(mesh, t);
+    counts.area_m2 += area;
+    if ((bridged[t[0]] | bridged[t[1]] | bridged[t[2]]) != 0) counts.bridged_area_m2 += area;
+  }
+}
+
+}  // namespace
+
+Result trim(const Mesh& mesh, const Options& options, Progress& progress) {
+  Result result;
+  Counts& counts = result.counts;
+  const std::vector<std::uint8_t> measured = measured_vertices(mesh, options);
+  const auto twins = match_half_edges(mesh.triangles, mesh.positions.size(), options.threads);
+  check_cancelled(progress);
+  const std::vector<Fate> fates =
+      judge_vertices(mesh.positions, mesh.triangles, twins, measured, options.bridge_m);
+  check_cancelled(progress);
+  Choice choice = choose_triangles(mesh, twins, fates, measured);
+  for (std::size_t t = 0; t < choice.triangles.size(); ++t) {
+    if (choice.triangles[t] != 0) continue;
+    ++counts.dropped_triangles;
+    counts.dropped_area_m2 += triangle_area(mesh, mesh.triangles[t]);
+  }
+  drop_small_parts(mesh, twins, options, choice.triangles, counts);
+  std::vector<std::uint32_t> rows;
+  result.mesh = select_triangles(mesh, choice.triangles, &rows);
+  std::erase_if(result.mesh.byte_properties, [](const auto& p) { return p.name == "bridged"; });
+  ByteProperty bridged{"bridged", {}};
+  for (const std::uint32_t row : rows) {
+    bridged.values.push_back(choice.bridged[row]);
+    counts.measured_vertices += choice.bridged[row] == 0;
+    counts.bridged_vertices += choice.bridged[row] != 0;
+  }
+  add_areas(result.mesh, bridged.values, counts);
+  result.mesh.byte_properties.push_back(std::move(bridged));
+  counts.split_vertices = split_touching_vertices(result.mesh, options.threads);
+  return result;
+}
+
+}  // namespace cornice::trim
