@@ -49,11 +49,14 @@ Choice choose_triangles(const Mesh& mesh, const std::vector<std::uint32_t>& twin
   const auto kept = [&](std::uint32_t v) { return fates[v] != Fate::kDropped; };
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     const Triangle& c = mesh.triangles[t];
-    bool keep = kept(c[0]) && kept(c[1]) && kept(c[2]);
-    // The tile next door has this border edge too, and knows no more than its two ends.
+    // The tile next door has a border edge too, and knows no more of it than its two ends.
+    bool keep = true, at_border = false;
     for (std::uint32_t k = 0; k < 3; ++k) {
-      if (twins[3 * t + k] == kOpenEdge) keep = kept(c[k]) && kept(c[(k + 1) % 3]);
+      if (twins[3 * t + k] != kOpenEdge) continue;
+      at_border = true;
+      keep = keep && kept(c[k]) && kept(c[(k + 1) % 3]);
     }
+    if (!at_border) keep = kept(c[0]) && kept(c[1]) && kept(c[2]);
     choice.triangles[t] = keep;
     if (!keep) continue;
     for (const std::uint32_t v : c) choice.bridged[v] = measured[v] == 0;
