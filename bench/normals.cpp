@@ -3,18 +3,23 @@
 #include "stages/normals/normals.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <flann/flann.hpp>
+#include <map>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "bench/bench_json.h"
 #include "core/base/memory.h"
 #include "core/base/parallel.h"
 #include "core/base/random.h"
+#include "stages/normals/leaf_search.h"
 #include "stages/normals/morton_order.h"
 #include "stages/normals/plane_fit.h"
-#include "stages/normals/point_tree.h"
 
 namespace {
 
@@ -75,12 +80,34 @@ FlightLines make_lines(double side) {
   return lines;
 }
 
-normals::Result compute(PointCloud points, const FlightLines& lines, int threads) {
+/// Wall-clock seconds of each step.
+class StepClock final : public Progress {
+ public:
+  void begin(std::string_view step, std::uint64_t /*total*/) override {
+    end();
+    step_ = step;
+    start_ = std::chrono::steady_clock::now();
+  }
+  void end() override {
+    if (step_.empty()) return;
+    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start_;
+    seconds[step_].push_back(spent.count());
+    step_.clear();
+  }
+  std::map<std::string, std::vector<double>> seconds;  ///< by step, one entry a run
+
+ private:
+  std::string step_;
+  std::chrono::steady_clock::time_point start_;
+};
+
+normals::Result compute(PointCloud points, const FlightLines& lines, int threads,
+                        Progress& progress = no_progress()) {
   normals::Options options;
   options.threads = threads;
   const std::size_t n = points.size();
   return normals::compute_normals(std::move(points), n, lines, normals::built_in_rules("any"),
-                                  options);
+                                  options, progress);
 }
 
 /// Peak memory of a run on its own input, less what the process had before; the first thing to do.
@@ -136,25 +163,33 @@ double flann_rate(std::vector<Vec3f> points, int threads) {
   return static_cast<double>(points.size()) / seconds;
 }
 
-void measure(std::size_t count, double density, const Options& options, Result& result) {
+void measure(std::size_t count, double density, bool chain_only, const Options& options,
+             Result& result) {
   if (options.quick) count = std::min<std::size_t>(count, 400000);
   const FlightLines lines = make_lines(std::sqrt(static_cast<double>(count) / density));
   result.figure("bytes_per_point", bytes_per_point(count, density, lines, options));
   const PointCloud ground = make_ground(count, density, options.seed, options.threads);
   std::vector<double> whole, search, flann;
   normals::Counts counts;
+  StepClock clock;
   for (int repeat = 0; repeat < (options.quick ? 2 : 5); ++repeat) {
     PointCloud points = ground;
-    const double seconds =
-        seconds_of([&] { counts = compute(std::move(points), lines, options.threads).counts; });
+    const double seconds = seconds_of(
+        [&] { counts = compute(std::move(points), lines, options.threads, clock).counts; });
     whole.push_back(static_cast<double>(count) / seconds);
+    if (chain_only) continue;
     search.push_back(search_rate(ground.positions, options.threads));
     if (repeat < 2) flann.push_back(flann_rate(ground.positions, options.threads));
   }
   result.figure("points_per_s", median(whole));
   result.figure("points_per_s_best", *std::max_element(whole.begin(), whole.end()));
-  result.figure("search_points_per_s", median(search));
-  result.figure("flann_points_per_s", median(flann));
+  if (!chain_only) {
+    result.figure("search_points_per_s", median(search));
+    result.figure("flann_points_per_s", median(flann));
+  }
+  for (const auto& [step, seconds] : clock.seconds) {
+    result.figure("seconds_" + step, median(seconds));
+  }
   result.figure("settled_by_neighbours_share",
                 static_cast<double>(counts.settled_by[3]) / static_cast<double>(count));
   result.parameter("points", static_cast<std::int64_t>(count));
@@ -167,11 +202,15 @@ void measure(std::size_t count, double density, const Options& options, Result& 
 int main(int argc, char** argv) {
   std::size_t count = 4000000;
   double density = 20.0;
+  bool chain_only = false;
   return run(
       "normals", "Points a second and bytes a point of normals, fit to propagation", argc, argv,
       [&](CLI::App& app) {
         app.add_option("--points", count, "points of the made ground");
         app.add_option("--density", density, "points per square metre");
+        app.add_flag("--chain-only", chain_only, "without the search alone and without FLANN");
       },
-      [&](const Options& options, Result& result) { measure(count, density, options, result); });
+      [&](const Options& options, Result& result) {
+        measure(count, density, chain_only, options, result);
+      });
 }

@@ -5,6 +5,7 @@
 #include <initializer_list>
 
 #include "core/base/error.h"
+#include "core/base/parallel.h"
 #include "core/geo/product_name.h"
 
 namespace cornice::normals {
@@ -68,11 +69,13 @@ ClassRules rules_for_classes(const std::vector<int>& codes) {
   return rules;
 }
 
-std::vector<std::uint8_t> points_to_keep(const PointCloud& points, const ClassRules& rules,
-                                         FilterCounts& counts) {
-  assert(points.classification.size() == points.size());
-  std::vector<std::uint8_t> keep(points.size(), 0);
-  for (std::size_t i = 0; i < points.size(); ++i) {
+namespace {
+
+/// Judges points [begin, end) into `keep`.
+FilterCounts judge(const PointCloud& points, const ClassRules& rules, std::size_t begin,
+                   std::size_t end, std::vector<std::uint8_t>& keep) {
+  FilterCounts counts;
+  for (std::size_t i = begin; i < end; ++i) {
     const std::uint8_t code = points.classification[i];
     const std::uint8_t flags = points.flags.empty() ? std::uint8_t{0} : points.flags[i];
     const double height = points.origin.z + static_cast<double>(points.positions[i].z);
@@ -96,6 +99,32 @@ std::vector<std::uint8_t> points_to_keep(const PointCloud& points, const ClassRu
     }
     ++(keep[i] != 0 ? counts.kept_by_class : counts.dropped_by_class)[code];
   }
+  return counts;
+}
+
+}  // namespace
+
+void FilterCounts::add(const FilterCounts& other) {
+  withheld += other.withheld;
+  synthetic += other.synthetic;
+  noise += other.noise;
+  other_class += other.other_class;
+  kept += other.kept;
+  for (std::size_t c = 0; c < kept_by_class.size(); ++c) {
+    kept_by_class[c] += other.kept_by_class[c];
+    dropped_by_class[c] += other.dropped_by_class[c];
+  }
+}
+
+std::vector<std::uint8_t> points_to_keep(const PointCloud& points, const ClassRules& rules,
+                                         FilterCounts& counts, int threads) {
+  assert(points.classification.size() == points.size());
+  constexpr std::size_t kGrain = 1u << 17;
+  std::vector<std::uint8_t> keep(points.size(), 0);
+  counts = parallel_reduce(
+      points.size(), kGrain, threads, FilterCounts{},
+      [&](std::size_t begin, std::size_t end) { return judge(points, rules, begin, end, keep); },
+      [](FilterCounts& sum, const FilterCounts& part) { sum.add(part); });
   return keep;
 }
 

@@ -58,10 +58,13 @@ struct FilterCounts {
   std::size_t kept = 0;
   std::array<std::size_t, 256> kept_by_class{};
   std::array<std::size_t, 256> dropped_by_class{};
+
+  void add(const FilterCounts& other);
 };
 
-/// 1 for every point to keep. Needs classification; flags where there are any.
+/// 1 for every point to keep. Needs classification; flags where there are any. Same for any number
+/// of threads (0: all cores).
 std::vector<std::uint8_t> points_to_keep(const PointCloud& points, const ClassRules& rules,
-                                         FilterCounts& counts);
+                                         FilterCounts& counts, int threads = 0);
 
 }  // namespace cornice::normals

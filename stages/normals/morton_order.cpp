@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cassert>
 #include <limits>
+#include <numeric>
 #include <tuple>
 #include <utility>
 
@@ -17,6 +19,10 @@ constexpr std::size_t kGrain = 1u << 18;
 constexpr int kBitsPerAxis = 21;
 constexpr int kDigitBits = 11;
 constexpr std::size_t kDigits = std::size_t{1} << kDigitBits;
+constexpr int kTopDigitBits = 13;
+constexpr std::size_t kTopDigits = std::size_t{1} << kTopDigitBits;
+/// Points that are sorted by comparing.
+constexpr std::size_t kSmallPart = 1024;
 
 /// Spreads the low 21 bits of v to every third bit.
 constexpr std::uint64_t spread(std::uint64_t v) {
@@ -57,26 +63,29 @@ Cube bounding_cube(std::span<const Vec3f> positions, int threads) {
   return {all.low, std::max({size.x, size.y, size.z})};
 }
 
-/// One stable pass of a radix sort (least significant digit first) over `shift`. Chunks are fixed
-/// by size, so every chunk knows its places from the chunks before it, whatever thread runs it.
-void scatter_by_digit(const MortonOrder& from, MortonOrder& to, int shift, int threads) {
+/// Sorts by `digit` bits of the keys from `shift`, stably; begins[d] is where digit d starts in
+/// `to`. Chunks are fixed by size, so every chunk knows its places from the chunks before it,
+/// whatever thread runs it.
+std::vector<std::uint32_t> scatter_by_top_digit(const MortonOrder& from, MortonOrder& to, int shift,
+                                                int threads) {
   const std::size_t n = from.keys.size();
   const std::size_t chunks = (n + kGrain - 1) / kGrain;
-  std::vector<std::array<std::uint32_t, kDigits>> places(chunks);
+  std::vector<std::array<std::uint32_t, kTopDigits>> places(chunks);
   const auto digit = [shift](std::uint64_t key) {
-    return static_cast<std::size_t>(key >> shift) & (kDigits - 1);
+    return static_cast<std::size_t>(key >> shift) & (kTopDigits - 1);
   };
   parallel_for(n, kGrain, threads, [&](std::size_t begin, std::size_t end) {
     auto& counts = places[begin / kGrain];
     counts.fill(0);
     for (std::size_t i = begin; i < end; ++i) ++counts[digit(from.keys[i])];
   });
+  std::vector<std::uint32_t> begins;
   std::uint32_t next = 0;
-  for (std::size_t d = 0; d < kDigits; ++d) {
-    for (std::size_t c = 0; c < chunks; ++c) {
-      next += std::exchange(places[c][d], next);
-    }
+  for (std::size_t d = 0; d < kTopDigits; ++d) {
+    begins.push_back(next);
+    for (std::size_t c = 0; c < chunks; ++c) next += std::exchange(places[c][d], next);
   }
+  begins.push_back(next);
   parallel_for(n, kGrain, threads, [&](std::size_t begin, std::size_t end) {
     auto& place = places[begin / kGrain];
     for (std::size_t i = begin; i < end; ++i) {
@@ -85,24 +94,73 @@ void scatter_by_digit(const MortonOrder& from, MortonOrder& to, int shift, int t
       to.order[rank] = from.order[i];
     }
   });
+  return begins;
+}
+
+/// A part of a MortonOrder.
+struct Part {
+  std::uint64_t* keys;
+  std::uint32_t* order;
+};
+
+/// Sorts `count` entries by the `bits` lowest bits of their keys, stably: a radix sort, least
+/// significant digit first, between the part and `scratch`.
+void sort_part(Part part, Part scratch, std::size_t count, int bits) {
+  std::array<std::uint32_t, kDigits> places;
+  int passes = 0;
+  for (int shift = 0; shift < bits; shift += kDigitBits, ++passes) {
+    const auto digit = [shift](std::uint64_t key) {
+      return static_cast<std::size_t>(key >> shift) & (kDigits - 1);
+    };
+    places.fill(0);
+    for (std::size_t i = 0; i < count; ++i) ++places[digit(part.keys[i])];
+    std::uint32_t next = 0;
+    for (std::uint32_t& place : places) next += std::exchange(place, next);
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t rank = places[digit(part.keys[i])]++;
+      scratch.keys[rank] = part.keys[i];
+      scratch.order[rank] = part.order[i];
+    }
+    std::swap(part, scratch);
+  }
+  if (passes % 2 == 0) return;
+  std::copy_n(part.keys, count, scratch.keys);
+  std::copy_n(part.order, count, scratch.order);
+}
+
+/// The same for a few entries: a histogram would take longer than they do.
+void sort_small_part(Part part, std::size_t count) {
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> entries(count);
+  for (std::size_t i = 0; i < count; ++i) entries[i] = {part.keys[i], part.order[i]};
+  std::sort(entries.begin(), entries.end());
+  for (std::size_t i = 0; i < count; ++i) std::tie(part.keys[i], part.order[i]) = entries[i];
 }
 
 /// Equal keys mean points within a two-millionth of the cube's side of each other, mostly copies.
-void sort_equal_keys(MortonOrder& sorted, std::span<const Vec3f> positions) {
-  const std::size_t n = sorted.keys.size();
+void sort_equal_keys(Part part, std::size_t count, std::span<const Vec3f> positions) {
   const auto lexicographic = [&](std::uint32_t a, std::uint32_t b) {
     const Vec3f p = positions[a], q = positions[b];
     return std::tie(p.x, p.y, p.z, a) < std::tie(q.x, q.y, q.z, b);
   };
-  for (std::size_t begin = 0; begin < n;) {
+  for (std::size_t begin = 0; begin < count;) {
     std::size_t end = begin + 1;
-    while (end < n && sorted.keys[end] == sorted.keys[begin]) ++end;
-    if (end - begin > 1) {
-      std::sort(sorted.order.begin() + static_cast<std::ptrdiff_t>(begin),
-                sorted.order.begin() + static_cast<std::ptrdiff_t>(end), lexicographic);
-    }
+    while (end < count && part.keys[end] == part.keys[begin]) ++end;
+    if (end - begin > 1) std::sort(part.order + begin, part.order + end, lexicographic);
     begin = end;
   }
+}
+
+/// Lowest bit of the digit that holds the highest bit in which keys differ.
+int top_shift(const std::vector<std::uint64_t>& keys, int threads) {
+  const std::uint64_t differing = parallel_reduce(
+      keys.size(), kGrain, threads, std::uint64_t{0},
+      [&](std::size_t begin, std::size_t end) {
+        std::uint64_t bits = 0;
+        for (std::size_t i = begin; i < end; ++i) bits |= keys[i] ^ keys.front();
+        return bits;
+      },
+      [](std::uint64_t& sum, std::uint64_t part) { sum |= part; });
+  return std::max(static_cast<int>(std::bit_width(differing)) - kTopDigitBits, 0);
 }
 
 }  // namespace
@@ -132,17 +190,25 @@ MortonOrder sort_along_curve(std::span<const Vec3f> positions, int threads) {
   MortonOrder sorted;
   sorted.keys = morton_keys(positions, threads);
   sorted.order.resize(positions.size());
-  for (std::size_t i = 0; i < sorted.order.size(); ++i) {
-    sorted.order[i] = static_cast<std::uint32_t>(i);
-  }
+  std::iota(sorted.order.begin(), sorted.order.end(), 0u);
+  if (positions.empty()) return sorted;
   MortonOrder other;
   other.keys.resize(positions.size());
   other.order.resize(positions.size());
-  for (int shift = 0; shift < 3 * kBitsPerAxis; shift += kDigitBits) {
-    scatter_by_digit(sorted, other, shift, threads);
-    std::swap(sorted, other);
-  }
-  sort_equal_keys(sorted, positions);
+  // The first digit parts the points into squares of ground that fit a core's cache.
+  const int shift = top_shift(sorted.keys, threads);
+  const std::vector<std::uint32_t> begins = scatter_by_top_digit(sorted, other, shift, threads);
+  parallel_for(kTopDigits, 1, threads, [&](std::size_t d, std::size_t) {
+    const std::size_t begin = begins[d], count = begins[d + 1] - begin;
+    const Part part{other.keys.data() + begin, other.order.data() + begin};
+    if (count <= kSmallPart) {
+      sort_small_part(part, count);
+    } else {
+      sort_part(part, {sorted.keys.data() + begin, sorted.order.data() + begin}, count, shift);
+    }
+    sort_equal_keys(part, count, positions);
+  });
+  std::swap(sorted, other);
   return sorted;
 }
 

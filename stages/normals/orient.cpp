@@ -14,63 +14,95 @@
 namespace cornice::normals {
 namespace {
 
-/// Sine of the angle by which a beam may be wrong, by BeamSource. A trajectory is good to metres in
-/// a thousand; recorded angles leave out the fore and aft lean of the scanner; a vertical beam
-/// leaves out the whole scan angle.
-constexpr std::array<float, 3> kBeamDoubt{0.02f, 0.17f, 0.5f};
-
-/// Distance from the plane, as a multiple of the neighbourhood's own spread, that halves a beam's
-/// weight, and the least such distance in metres: range noise.
-constexpr float kSpreads = 1.0f;
-constexpr float kLeastSpread_m = 0.02f;
-
 /// Quality of a plane, less for one that is hardly broader than the noise.
 float merit(const PlaneFit& plane, float least_breadth_m) {
   return plane.breadth_m < least_breadth_m ? plane.quality * plane.breadth_m / least_breadth_m
                                            : plane.quality;
 }
 
-/// cosine, less what the doubt about the beam may contribute.
-float beyond_doubt(float cosine, float doubt) {
-  return cosine > 0.0f ? std::max(cosine - doubt, 0.0f) : std::min(cosine + doubt, 0.0f);
-}
-
-/// Weighted mean of n . b over the neighbourhood: negative where the beams come from the side that
-/// n points to.
-float mean_cosine(const PlaneFit& plane, const Neighbourhood& neighbours, const Beams& beams) {
-  const float scale = 1.0f / (kSpreads * std::max(plane.spread_m, kLeastSpread_m));
-  const Vec3f n = plane.normal;
-  float sum = 0.0f, weights = 0.0f;
-  for (std::uint32_t c = 0; c < neighbours.size; ++c) {
-    const float off = scale * dot(n, Vec3f{neighbours.dx[c], neighbours.dy[c], neighbours.dz[c]});
-    const float weight = 1.0f / (1.0f + off * off);
-    const std::uint32_t j = neighbours.index[c];
-    const auto source = static_cast<std::size_t>(beams.source[j]);
-    sum += weight * beyond_doubt(dot(n, beams.direction[j]), kBeamDoubt[source]);
-    weights += weight;
-  }
-  return sum / weights;
-}
-
 /// A point's plane and what the beams of its neighbourhood say.
 struct Estimate {
+  std::uint32_t point = 0, leaf = 0;
   PlaneFit plane;
-  float cosine = 0.0f;  ///< mean_cosine
+  float cosine = 0.0f;  ///< mean_cosines
 };
 
-Estimate estimate(LeafSearch& search, std::uint32_t i, const Beams& beams, float least_breadth_m) {
-  Estimate best;
-  for (const std::uint32_t factor : {1u, 2u, 4u, 8u, 16u}) {
-    // A sharp ridge has a poor plane that is broad enough: more points would not make it better.
-    if (factor > 1 && best.plane.breadth_m >= least_breadth_m) break;
-    const Neighbourhood neighbours = search.find(i, factor);
-    const PlaneFit plane = fit_plane(neighbours);
-    if (dot(plane.normal, plane.normal) == 0.0f) continue;
-    if (factor == 1 || merit(plane, least_breadth_m) > merit(best.plane, least_breadth_m)) {
-      best = {plane, mean_cosine(plane, neighbours, beams)};
+/// Fits planes block by block and hands out an Estimate for each point that was added.
+class Estimator {
+ public:
+  Estimator(const PointTree& tree, const Beams& beams, const NeighbourRule& rule)
+      : tree_(tree), beams_(beams), search_(tree, rule) {}
+
+  template <class Take>
+  void add_leaf(std::uint32_t leaf, const Take& take) {
+    search_.open(leaf);
+    for (std::uint32_t i = tree_.nodes()[leaf].begin; i < tree_.nodes()[leaf].end; ++i) {
+      add(i, leaf, take);
     }
   }
-  return best;
+  /// Points of one leaf must follow each other.
+  template <class Take>
+  void add_again(const Estimate& before, std::uint32_t factor, const Take& take) {
+    if (leaf_ != before.leaf || factor_ != factor) search_.open(before.leaf, factor);
+    factor_ = factor;
+    add(before.point, before.leaf, take);
+  }
+  template <class Take>
+  void flush(const Take& take) {
+    block_.finish();
+    PlaneBlock planes;
+    fit_planes(block_, planes);
+    const std::array<float, kLanes> cosines = mean_cosines(block_, planes, beams_);
+    for (std::size_t l = 0; l < block_.lanes(); ++l) {
+      take(Estimate{block_.point(l), leaves_[l], planes.plane(l), cosines[l]});
+    }
+    block_.clear();
+  }
+
+ private:
+  template <class Take>
+  void add(std::uint32_t i, std::uint32_t leaf, const Take& take) {
+    leaf_ = leaves_[block_.lanes()] = leaf;
+    search_.find(i, block_);
+    if (block_.is_full()) flush(take);
+  }
+
+  const PointTree& tree_;
+  const Beams& beams_;
+  LeafSearch search_;
+  NeighbourBlock block_;
+  std::array<std::uint32_t, kLanes> leaves_{};
+  std::uint32_t leaf_ = 0, factor_ = 1;
+};
+
+/// Fits planes that are no broader than the noise again to more and more points; of all fits the
+/// one of greatest merit is kept. A sharp ridge has a poor plane that is broad enough: more points
+/// would not make it better.
+template <class Take>
+void widen(Estimator& estimator, std::vector<Estimate>& narrow, float least_breadth_m,
+           const Take& take) {
+  for (const std::uint32_t factor : {2u, 4u, 8u, 16u}) {
+    std::vector<Estimate> still_narrow;
+    std::size_t next = 0;
+    const auto compare = [&](const Estimate& found) {
+      Estimate best = narrow[next++];
+      if (found.plane.exists() &&
+          (!best.plane.exists() ||
+           merit(found.plane, least_breadth_m) > merit(best.plane, least_breadth_m))) {
+        best = found;
+      }
+      if (best.plane.breadth_m < least_breadth_m) {
+        still_narrow.push_back(best);
+      } else {
+        take(best);
+      }
+    };
+    for (const Estimate& estimate : narrow) estimator.add_again(estimate, factor, compare);
+    estimator.flush(compare);
+    narrow = std::move(still_narrow);
+  }
+  for (const Estimate& estimate : narrow) take(estimate);
+  narrow.clear();
 }
 
 constexpr std::size_t kLeavesPerTask = 512;
@@ -78,7 +110,7 @@ constexpr std::size_t kLeavesPerTask = 512;
 }  // namespace
 
 OrientedNormals orient_normals(const PointTree& tree, const Beams& beams,
-                               const OrientOptions& options) {
+                               const OrientOptions& options, Progress& progress) {
   const std::size_t n = tree.positions().size();
   assert(beams.direction.size() == n && beams.source.size() == n);
   OrientedNormals result;
@@ -86,9 +118,10 @@ OrientedNormals orient_normals(const PointTree& tree, const Beams& beams,
   result.quality.resize(n);
   result.settled_by.resize(n, SettledBy::kNoPlane);
   std::vector<float> evidence(n);
-  const auto settle = [&](std::uint32_t i, const Estimate& found) {
+  const auto settle = [&](const Estimate& found) {
     const PlaneFit& plane = found.plane;
-    if (dot(plane.normal, plane.normal) == 0.0f) return;
+    const std::uint32_t i = found.point;
+    if (!plane.exists()) return;
     const float needed = options.tolerance + options.tolerance_per_lack * (1.0f - plane.quality);
     result.normals[i] = found.cosine > 0.0f ? -plane.normal : plane.normal;
     result.quality[i] = plane.quality;
@@ -98,15 +131,21 @@ OrientedNormals orient_normals(const PointTree& tree, const Beams& beams,
   const std::vector<std::uint32_t>& leaves = tree.leaves();
   parallel_for(leaves.size(), kLeavesPerTask, options.threads,
                [&](std::size_t begin, std::size_t end) {
-                 LeafSearch search(tree, options.neighbours);
-                 for (std::size_t l = begin; l < end; ++l) {
-                   const TreeNode& leaf = tree.nodes()[leaves[l]];
-                   search.open(leaves[l]);
-                   for (std::uint32_t i = leaf.begin; i < leaf.end; ++i) {
-                     settle(i, estimate(search, i, beams, options.least_breadth_m));
+                 Estimator estimator(tree, beams, options.neighbours);
+                 std::vector<Estimate> narrow;
+                 const auto take = [&](const Estimate& found) {
+                   if (found.plane.breadth_m < options.least_breadth_m) {
+                     narrow.push_back(found);
+                   } else {
+                     settle(found);
                    }
-                 }
+                 };
+                 for (std::size_t l = begin; l < end; ++l) estimator.add_leaf(leaves[l], take);
+                 estimator.flush(take);
+                 widen(estimator, narrow, options.least_breadth_m, settle);
                });
+  check_cancelled(progress);
+  progress.begin("propagation", 0);
   result.rounds = propagate(tree, evidence, options, result);
   for (const SettledBy by : result.settled_by) ++result.counts[static_cast<std::size_t>(by)];
   return result;

@@ -8,9 +8,10 @@
 #include <span>
 #include <vector>
 
+#include "core/base/progress.h"
 #include "core/base/vec.h"
-#include "core/points/flight_line.h"
-#include "stages/normals/point_tree.h"
+#include "stages/normals/leaf_search.h"
+#include "stages/normals/witnesses.h"
 
 namespace cornice::normals {
 
@@ -20,12 +21,6 @@ enum class SettledBy : std::uint8_t {
   kNoPlane,      ///< no plane fits the neighbourhood: fewer than 3 points, or all on one line
   kBeams,        ///< by the beams of the neighbourhood
   kPropagation,  ///< by neighbours that were settled before
-};
-
-/// Beams of N points.
-struct Beams {
-  std::vector<Vec3f> direction;    ///< unit, from sensor to point
-  std::vector<BeamSource> source;  ///< what it is known from
 };
 
 struct OrientOptions {
@@ -63,6 +58,6 @@ struct OrientedNormals {
 ///
 /// `beams` are in the tree's order, N each. Same result for any number of threads.
 OrientedNormals orient_normals(const PointTree& tree, const Beams& beams,
-                               const OrientOptions& options);
+                               const OrientOptions& options, Progress& progress = no_progress());
 
 }  // namespace cornice::normals

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "stages/normals/point_tree.h"
+#include "stages/normals/leaf_search.h"
 
 #include <gtest/gtest.h>
 
@@ -135,10 +135,10 @@ TEST(PointTree, FindsTwiceAsManyNeighboursWhereAskedTo) {
   const Indexed data(test::rolling_ground(800, 8.0));
   LeafSearch search(data.tree, {8, 8, 0.0f});
   for (const std::uint32_t leaf : data.tree.leaves()) {
-    search.open(leaf);
-    for (std::uint32_t i = data.tree.nodes()[leaf].begin; i < data.tree.nodes()[leaf].end; ++i) {
-      for (const std::uint32_t factor : {2u, 1u}) {
-        const Neighbourhood found = search.find(i, factor);
+    for (const std::uint32_t factor : {2u, 1u, 16u}) {
+      search.open(leaf, factor);
+      for (std::uint32_t i = data.tree.nodes()[leaf].begin; i < data.tree.nodes()[leaf].end; ++i) {
+        const Neighbourhood found = search.find(i);
         const std::vector<std::uint32_t> got(found.index, found.index + found.size);
         ASSERT_EQ(got, nearest(data.shape.positions, i, 8 * factor)) << "of point " << i;
       }
