@@ -1,3 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-cornice_library(poisson_engine bricks.cpp field.cpp)
+cornice_library(
+  poisson_engine
+  bricks.cpp
+  closed_brick.cpp
+  constraints.cpp
+  density.cpp
+  field.cpp
+  grid.cpp
+  near.cpp
+  radix_sort.cpp
+  relax.cpp
+  samples.cpp
+  screening.cpp
+  solve.cpp)
 target_link_libraries(cornice_poisson_engine PUBLIC cornice_base cornice_points)

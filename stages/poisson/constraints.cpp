@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Constraints of M. Kazhdan, H. Hoppe, "Screened Poisson surface reconstruction", 2013: for node i
+// the integral of grad B_i . V, with V = sum over nodes of v_j B_j and v_j the normals splatted
+// with B_j. All B are trilinear; their spaces are nested, so V of a coarse level is also one of
+// every finer level, and what a fine level integrates can be restricted to a coarser one exactly.
+#include "stages/poisson/constraints.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+
+#include "core/base/parallel.h"
+#include "stages/poisson/vector_clones.h"
+
+namespace cornice::poisson {
+namespace {
+
+constexpr std::size_t kBricksAtATime = 64;
+constexpr int kSide = kBrickSide + 2;  ///< nodes -1 .. 8 of a brick
+constexpr int kStride = 16;            ///< of rows; node x at x + 1
+
+/// A vector at every node of a brick and one node around.
+struct Vectors {
+  std::array<std::array<std::array<float, kStride>, kSide>, kSide> x, y, z;  ///< [z][y][x + 1]
+};
+
+/// V of one level, in the bricks where it is not zero.
+struct VectorGrid {
+  std::vector<BrickKey> bricks;
+  BrickIndex index;
+  std::vector<Vec3f> values;  ///< 512 a brick
+};
+
+/// What part of a sample of this depth is splatted on a level. Its parts add up to 1.
+float share(float depth, int level, int levels) {
+  if (level == levels - 1 && depth >= static_cast<float>(level)) return 1.0f;
+  return std::max(0.0f, 1.0f - std::abs(depth - static_cast<float>(level)));
+}
+
+/// Splats the samples around a brick. False where there are none, and `to` is then untouched.
+bool splat(const SampleLevel& samples, BrickKey brick, int level, int levels, Vectors& to) {
+  bool any = false;
+  for_each_sample_near(samples, brick, -2, kBrickSide, [&](const Sample& s, int x, int y, int z) {
+    const float part = share(s.depth, level, levels);
+    const float length = norm(s.normal);
+    if (part <= 0.0f || length <= 0.0f) return;
+    if (!any) to = {};
+    any = true;
+    const Vec3f v = s.normal * (part * s.area / s.weight);
+    const Vec3f f = s.fraction;
+    for (int o = 0; o < 8; ++o) {
+      const int i = x + (o & 1), j = y + (o >> 1 & 1), k = z + (o >> 2);
+      if (i < -1 || i > kBrickSide || j < -1 || j > kBrickSide || k < -1 || k > kBrickSide)
+        continue;
+      const float w = (o & 1 ? f.x : 1.0f - f.x) * (o >> 1 & 1 ? f.y : 1.0f - f.y) *
+                      (o >> 2 ? f.z : 1.0f - f.z);
+      to.x[k + 1][j + 1][i + 1] += w * v.x;
+      to.y[k + 1][j + 1][i + 1] += w * v.y;
+      to.z[k + 1][j + 1][i + 1] += w * v.z;
+    }
+  });
+  return any;
+}
+
+using Row = std::array<float, kBrickSide>;
+
+/// Adds the divergence at the brick's own nodes. Along the axis of the derivative the integrals of
+/// B'_i B_j are (1/2, 0, -1/2), along the others those of B_i B_j are (1, 4, 1) / 6.
+CORNICE_VECTOR_CLONES
+void add_divergence(const Vectors& v, float* constraints) {
+  constexpr float side = 1.0f / 6.0f, middle = 4.0f / 6.0f;
+  std::array<std::array<Row, kSide>, kSide> dx, my, mz;  // [z][y][x]
+  for (int k = 0; k < kSide; ++k) {
+    for (int j = 0; j < kSide; ++j) {
+      const float *vx = v.x[k][j].data(), *vy = v.y[k][j].data(), *vz = v.z[k][j].data();
+      for (int i = 0; i < kBrickSide; ++i) {
+        dx[k][j][i] = 0.5f * (vx[i] - vx[i + 2]);
+        my[k][j][i] = side * (vy[i] + vy[i + 2]) + middle * vy[i + 1];
+        mz[k][j][i] = side * (vz[i] + vz[i + 2]) + middle * vz[i + 1];
+      }
+    }
+  }
+  std::array<std::array<Row, kBrickSide>, kSide> even, odd;
+  for (int k = 0; k < kSide; ++k) {
+    for (int j = 0; j < kBrickSide; ++j) {
+      for (int i = 0; i < kBrickSide; ++i) {
+        even[k][j][i] = side * (dx[k][j][i] + dx[k][j + 2][i]) + middle * dx[k][j + 1][i] +
+                        0.5f * (my[k][j][i] - my[k][j + 2][i]);
+        odd[k][j][i] = side * (mz[k][j][i] + mz[k][j + 2][i]) + middle * mz[k][j + 1][i];
+      }
+    }
+  }
+  for (int k = 0; k < kBrickSide; ++k) {
+    for (int j = 0; j < kBrickSide; ++j) {
+      float* to = constraints + kBrickSide * (j + kBrickSide * k);
+      for (int i = 0; i < kBrickSide; ++i) {
+        to[i] += side * (even[k][j][i] + even[k + 2][j][i]) + middle * even[k + 1][j][i] +
+                 0.5f * (odd[k][j][i] - odd[k + 2][j][i]);
+      }
+    }
+  }
+}
+
+/// V of the next coarser level at a brick's nodes and one around. False where it is zero.
+bool interpolate(const VectorGrid& coarse, BrickKey brick, Vectors& to) {
+  constexpr int kWindow = 6;  // coarse nodes 4b - 1 .. 4b + 4
+  std::array<Vec3f, kWindow * kWindow * kWindow> window{};
+  bool any = false;
+  for (int k = 0; k < kWindow; ++k) {
+    for (int j = 0; j < kWindow; ++j) {
+      for (int i = 0; i < kWindow; ++i) {
+        const int x = 4 * brick.x - 1 + i, y = 4 * brick.y - 1 + j, z = 4 * brick.z - 1 + k;
+        const std::uint32_t at = coarse.index.find(coarse.bricks, {x >> 3, y >> 3, z >> 3});
+        if (at == BrickIndex::kNone) continue;
+        const int node = (x & 7) | (y & 7) << 3 | (z & 7) << 6;
+        const Vec3f value =
+            coarse.values[std::size_t{at} * kBrickNodes + static_cast<std::size_t>(node)];
+        window[i + kWindow * (j + kWindow * k)] = value;
+        any = any || value != Vec3f{};
+      }
+    }
+  }
+  if (!any) return false;
+  // Fine node n lies between the coarse nodes (n + 2) / 2 and (n + 3) / 2 of the window.
+  for (int n = 0; n < kSide * kSide * kSide; ++n) {
+    const int x = n % kSide, y = n / kSide % kSide, z = n / kSide / kSide;
+    Vec3f sum;
+    for (int o = 0; o < 8; ++o) {
+      const int i = (x + 1 + (o & 1)) / 2, j = (y + 1 + (o >> 1 & 1)) / 2,
+                k = (z + 1 + (o >> 2)) / 2;
+      sum += window[i + kWindow * (j + kWindow * k)];
+    }
+    sum *= 0.125f;
+    to.x[z][y][x] = sum.x, to.y[z][y][x] = sum.y, to.z[z][y][x] = sum.z;
+  }
+  return true;
+}
+
+/// Adds half of what the next finer level integrates: constraints are held over the spacing, which
+/// doubles from level to level.
+void add_restricted(const Grid& fine, BrickKey brick, float* constraints) {
+  constexpr int kFine = 2 * kBrickSide + 1;  // fine nodes 16b - 1 .. 16b + 15
+  std::array<float, kFine * kFine * kFine> window{};
+  bool any = false;
+  for (int n = 0; n < 27; ++n) {
+    const int bx = n % 3 - 1, by = n / 3 % 3 - 1, bz = n / 9 - 1;
+    const std::uint32_t at =
+        fine.index.find(fine.bricks, {2 * brick.x + bx, 2 * brick.y + by, 2 * brick.z + bz});
+    if (at == BrickIndex::kNone) continue;
+    any = true;
+    const float* from = fine.constraints.data() + std::size_t{at} * kBrickNodes;
+    const auto begin = [](int b) { return b < 0 ? 7 : 0; };
+    for (int z = begin(bz); z < 8; ++z) {
+      for (int y = begin(by); y < 8; ++y) {
+        for (int x = begin(bx); x < 8; ++x) {
+          window[(8 * bx + x + 1) + kFine * ((8 * by + y + 1) + kFine * (8 * bz + z + 1))] =
+              from[x + 8 * (y + 8 * z)];
+        }
+      }
+    }
+  }
+  if (!any) return;
+  constexpr std::array<float, 3> weight{0.5f, 1.0f, 0.5f};
+  for (int i = 0; i < kBrickNodes; ++i) {
+    const int x = 2 * (i % 8), y = 2 * (i / 8 % 8), z = 2 * (i / 64);
+    float sum = 0.0f;
+    for (int d = 0; d < 27; ++d) {
+      const int dx = d % 3, dy = d / 3 % 3, dz = d / 9;
+      sum += weight[dx] * weight[dy] * weight[dz] *
+             window[(x + dx) + kFine * ((y + dy) + kFine * (z + dz))];
+    }
+    constraints[i] += 0.5f * sum;
+  }
+}
+
+/// V on `level`: what is splatted there and what comes from the coarser one.
+VectorGrid make_vectors(const Grid& grid, const SampleLevel& samples, const VectorGrid& coarse,
+                        int level, int levels, int threads) {
+  VectorGrid made = parallel_reduce(
+      grid.bricks.size(), kBricksAtATime, threads, VectorGrid{},
+      [&](std::size_t begin, std::size_t end) {
+        VectorGrid part;
+        const auto here = std::make_unique<Vectors>(), above = std::make_unique<Vectors>();
+        for (std::size_t b = begin; b < end; ++b) {
+          const bool own = splat(samples, grid.bricks[b], level, levels, *here);
+          const bool inherited = interpolate(coarse, grid.bricks[b], *above);
+          if (!own && !inherited) continue;
+          part.bricks.push_back(grid.bricks[b]);
+          for (int n = 0; n < kBrickNodes; ++n) {
+            const int x = n % 8 + 1, y = n / 8 % 8 + 1, z = n / 64 + 1;
+            Vec3f v;
+            if (own) v += {here->x[z][y][x], here->y[z][y][x], here->z[z][y][x]};
+            if (inherited) v += {above->x[z][y][x], above->y[z][y][x], above->z[z][y][x]};
+            part.values.push_back(v);
+          }
+        }
+        return part;
+      },
+      [](VectorGrid& sum, const VectorGrid& part) {
+        sum.bricks.insert(sum.bricks.end(), part.bricks.begin(), part.bricks.end());
+        sum.values.insert(sum.values.end(), part.values.begin(), part.values.end());
+      });
+  made.index = BrickIndex(made.bricks);
+  return made;
+}
+
+/// Calls body(brick, vectors, constraints) for all bricks of a grid.
+template <class Body>
+void for_each_brick(Grid& grid, int threads, Body body) {
+  parallel_for(grid.bricks.size(), kBricksAtATime, threads,
+               [&](std::size_t begin, std::size_t end) {
+                 const auto vectors = std::make_unique<Vectors>();
+                 for (std::size_t b = begin; b < end; ++b)
+                   body(grid.bricks[b], *vectors, grid.constraints.data() + b * kBrickNodes);
+               });
+}
+
+}  // namespace
+
+void set_constraints(std::span<Grid> grids, std::span<const SampleLevel> samples, int threads) {
+  const auto levels = static_cast<int>(grids.size());
+  for (int l = 0; l < levels; ++l) {
+    for_each_brick(grids[l], threads, [&](BrickKey brick, Vectors& v, float* constraints) {
+      std::fill_n(constraints, kBrickNodes, 0.0f);
+      if (splat(samples[l], brick, l, levels, v)) add_divergence(v, constraints);
+      if (l > 0) add_restricted(grids[l - 1], brick, constraints);
+    });
+  }
+  VectorGrid vectors;
+  for (int l = levels - 1; l > 0; --l) {
+    vectors = make_vectors(grids[l], samples[l], vectors, l, levels, threads);
+    if (vectors.bricks.empty()) continue;
+    for_each_brick(grids[l - 1], threads, [&](BrickKey brick, Vectors& v, float* constraints) {
+      if (interpolate(vectors, brick, v)) add_divergence(v, constraints);
+    });
+  }
+}
+
+}  // namespace cornice::poisson

@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Level by level, coarse to fine: M. Kazhdan, H. Hoppe, "Screened Poisson surface reconstruction",
+// 2013, section 3, with trilinear functions. As their spaces are nested, a level's unknowns are the
+// whole field there, not what it adds to coarser ones.
+#include "stages/poisson/solve.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <string_view>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "stages/poisson/constraints.h"
+#include "stages/poisson/density.h"
+#include "stages/poisson/grid.h"
+#include "stages/poisson/relax.h"
+#include "stages/poisson/samples.h"
+#include "stages/poisson/screening.h"
+
+namespace cornice {
+namespace {
+
+using namespace poisson;
+
+/// From this level on (32 m at 0.5 m) the grid covers the whole domain. The same for all tiles of a
+/// survey, whatever their size.
+constexpr int kFirstWhole = 6;
+/// Coarsening ends where the domain is this many bricks wide.
+constexpr int kCoarsestBricks = 2;
+/// The whole levels are small; they are relaxed more, as they have farther to carry.
+constexpr int kWholeFactor = 4;
+constexpr std::size_t kBricksAtATime = 64;
+
+void check(const SolveOptions& options) {
+  const auto refuse = [](const char* option, const char* range) {
+    throw UsageError(option, std::string("must be ") + range);
+  };
+  if (!(options.lattice.step_m >= 0.001 && options.lattice.step_m <= 1000.0))
+    refuse("--step", "in [0.001, 1000] m");
+  if (!(options.point_weight >= 0.0 && options.point_weight <= 1000.0))
+    refuse("--point-weight", "in [0, 1000]");
+  if (!(options.points_per_cell > 0.0 && options.points_per_cell <= 100.0))
+    refuse("--points-per-cell", "above 0 and at most 100");
+  if (options.relaxations < 1 || options.relaxations > 1000)
+    refuse("--relaxations", "in [1, 1000]");
+}
+
+/// Times steps and tells them to whoever watches.
+class Steps {
+ public:
+  Steps(Progress& progress, SolveReport& report) : progress_(progress), report_(report) {}
+  template <class Work>
+  auto operator()(const char* name, Work work) {
+    check_cancelled(progress_);
+    progress_.begin(name, 0);
+    const auto start = std::chrono::steady_clock::now();
+    struct End {
+      Steps& steps;
+      const char* name;
+      std::chrono::steady_clock::time_point start;
+      ~End() {
+        const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
+        steps.progress_.end();
+        steps.report_.seconds.push_back({name, time.count()});
+      }
+    } end{*this, name, start};
+    return work();
+  }
+
+ private:
+  Progress& progress_;
+  SolveReport& report_;
+};
+
+/// Box of bricks of level kFirstWhole around all finer levels, with room for their far faces.
+BrickBox whole_box(const Box3d& domain, double step_m) {
+  const double brick = step_m * std::ldexp(kBrickSide, kFirstWhole);
+  const double margin = 4.0 * step_m * std::ldexp(1.0, kFirstWhole);
+  const auto down = [&](double c) { return static_cast<std::int32_t>(std::floor(c / brick)); };
+  return {{down(domain.min.x - margin), down(domain.min.y - margin), down(domain.min.z - margin)},
+          {down(domain.max.x + margin), down(domain.max.y + margin), down(domain.max.z + margin)}};
+}
+
+/// The next coarser box, with room for the far faces of this one.
+BrickBox coarser(const BrickBox& box) {
+  return {parent(box.first), parent(shifted(box.last, 1, 1, 1))};
+}
+
+int widest(const BrickBox& box) {
+  return 1 +
+         std::max({box.last.x - box.first.x, box.last.y - box.first.y, box.last.z - box.first.z});
+}
+
+/// Boxes of the whole levels, finest first.
+std::vector<BrickBox> whole_boxes(const Box3d& domain, double step_m) {
+  std::vector<BrickBox> boxes{whole_box(domain, step_m)};
+  while (widest(boxes.back()) > kCoarsestBricks) {
+    const BrickBox next = coarser(boxes.back());
+    if (widest(next) == widest(boxes.back())) break;
+    boxes.push_back(next);
+  }
+  return boxes;
+}
+
+/// The smallest box around all samples' bricks: what lies outside needs no grid.
+Box3d bounds(const SampleLevel& samples, double step_m) {
+  Box3d box;
+  for (const BrickKey b : samples.bricks) {
+    const double side = step_m * kBrickSide;
+    box.add({side * b.x, side * b.y, side * b.z});
+    box.add({side * (b.x + 1), side * (b.y + 1), side * (b.z + 1)});
+  }
+  return box;
+}
+
+std::vector<Grid> make_grids(const std::vector<SampleLevel>& samples,
+                             const std::vector<BrickBox>& whole, int threads) {
+  std::vector<Grid> grids;
+  for (int l = 0; l < kFirstWhole; ++l) grids.push_back(make_band(samples[l], threads));
+  for (const BrickBox& box : whole) grids.push_back(make_whole(box, threads));
+  return grids;
+}
+
+std::vector<LevelView> views(std::span<const Grid> grids) {
+  std::vector<LevelView> made;
+  for (const Grid& grid : grids) made.push_back({grid.bricks, &grid.index, grid.values});
+  return made;
+}
+
+LevelReport solve_level(std::span<Grid> grids, const SampleLevel& samples, double spacing_m,
+                        const SolveOptions& options) {
+  Grid& grid = grids.front();
+  if (grids.size() > 1) prolong(grid, views(grids.subspan(1)), options.threads);
+  const Screening screening(grid, samples, static_cast<float>(options.point_weight),
+                            options.threads);
+  relax(grid, screening, options.relaxations * (grid.whole ? kWholeFactor : 1), options.threads);
+  const Residual left = residual(grid, screening, options.threads);
+  // The constraints have done their work; the finest level's are as large as its field.
+  std::vector<float>().swap(grid.constraints);
+  return {spacing_m, grid.bricks.size(), count_active(grid),
+          left.zero > 0.0 ? left.left / left.zero : 0.0};
+}
+
+/// Weighted mean of the field at the finest samples.
+double field_at(const SampleLevel& samples, std::span<const Grid> grids, int threads) {
+  const std::vector<LevelView> levels = views(grids);
+  struct Sums {
+    double value = 0.0, area = 0.0;
+  };
+  const Sums sums = parallel_reduce(
+      samples.bricks.size(), kBricksAtATime, threads, Sums{},
+      [&](std::size_t begin, std::size_t end) {
+        Sums part;
+        std::array<float, kClosedBrickNodes> closed;
+        for (std::size_t b = begin; b < end; ++b) {
+          if (!read_closed_brick(levels, samples.bricks[b], closed)) continue;
+          for (std::uint64_t i = samples.first[b]; i < samples.first[b + 1]; ++i) {
+            const Sample& s = samples.samples[i];
+            const Vec3f f = s.fraction;
+            double value = 0.0;
+            for (int o = 0; o < 8; ++o) {
+              const int x = (s.cell & 7) + (o & 1), y = (s.cell >> 3 & 7) + (o >> 1 & 1),
+                        z = (s.cell >> 6) + (o >> 2);
+              value +=
+                  static_cast<double>((o & 1 ? f.x : 1.0f - f.x) * (o >> 1 & 1 ? f.y : 1.0f - f.y) *
+                                      (o >> 2 ? f.z : 1.0f - f.z) * closed[x + 9 * (y + 9 * z)]);
+            }
+            part.value += static_cast<double>(s.area) * value;
+            part.area += static_cast<double>(s.area);
+          }
+        }
+        return part;
+      },
+      [](Sums& sum, const Sums& part) { sum.value += part.value, sum.area += part.area; });
+  return sums.area > 0.0 ? sums.value / sums.area : 0.0;
+}
+
+Field make_field(Lattice lattice, std::vector<Grid>& grids) {
+  std::vector<FieldLevel> levels;
+  for (Grid& grid : grids) levels.push_back({std::move(grid.bricks), std::move(grid.values)});
+  grids.clear();
+  return Field(lattice, std::move(levels));
+}
+
+std::string left_out_text(const SolveReport& report) {
+  return std::to_string(report.not_finite) + " are not finite, " +
+         std::to_string(report.without_normal) + " have no normal or quality 0, " +
+         std::to_string(report.outside) + " lie outside the domain";
+}
+
+}  // namespace
+
+Solution solve_poisson(const OrientedPoints& points, const Box3d& domain,
+                       const SolveOptions& options, Progress& progress) {
+  check(options);
+  Solution solution;
+  SolveReport& report = solution.report;
+  Steps step(progress, report);
+  const double step_m = options.lattice.step_m;
+  const int threads = options.threads;
+
+  std::vector<SampleLevel> samples(1);
+  step("gathering points", [&] {
+    LeftOut left_out;
+    samples[0] = gather_samples(points, domain, step_m, threads, left_out);
+    report.not_finite = left_out.not_finite;
+    report.without_normal = left_out.without_normal;
+    report.outside = left_out.outside;
+    report.points =
+        points.positions.size() - left_out.not_finite - left_out.without_normal - left_out.outside;
+  });
+  if (report.points == 0)
+    throw InputError("", "no oriented point to reconstruct from: of " +
+                             std::to_string(points.positions.size()) + " points " +
+                             left_out_text(report));
+
+  const std::vector<BrickBox> whole = whole_boxes(bounds(samples[0], step_m), step_m);
+  step("estimating density", [&] {
+    while (samples.size() < kFirstWhole + whole.size())
+      samples.push_back(coarser_samples(samples.back(), threads));
+    estimate_density(samples, options.points_per_cell, threads);
+  });
+  std::vector<Grid> grids =
+      step("choosing nodes", [&] { return make_grids(samples, whole, threads); });
+  step("splatting normals", [&] { set_constraints(grids, samples, threads); });
+  step("solving", [&] {
+    report.levels.resize(grids.size());
+    for (std::size_t l = grids.size(); l-- > 0;) {
+      check_cancelled(progress);
+      report.levels[l] = solve_level(std::span(grids).subspan(l), samples[l],
+                                     std::ldexp(step_m, static_cast<int>(l)), options);
+    }
+  });
+  step("finding the level of the surface",
+       [&] { report.field_at_points = field_at(samples[0], grids, threads); });
+  solution.field = make_field(options.lattice, grids);
+  return solution;
+}
+
+}  // namespace cornice
