@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Marching cubes (Lorensen & Cline 1987) on sparse bricks. Two passes over the bricks: the first
-// counts the vertices that each owns, the second fills them in and cuts the triangles. Both read a
-// brick with a rim of one node, so that neither looks at another brick's results but its numbers.
+// Marching cubes (Lorensen & Cline 1987) on sparse bricks. Each brick is read once, with a rim of
+// one node, and gives the vertices that it owns and the triangles of its cells, whose corners are
+// named by place. Once all are counted the numbers are known, and everything is moved to where it
+// belongs.
 #include "stages/poisson/extract.h"
 
 #include <algorithm>
-#include <atomic>
 #include <bit>
 #include <cassert>
-#include <limits>
 #include <numeric>
 
 #include "core/base/error.h"
@@ -21,28 +20,29 @@ namespace {
 constexpr std::size_t kBricksAtATime = 128;
 /// Whole numbers up to here are exact as floats.
 constexpr std::int64_t kMostUnits = std::int64_t{1} << 24;
-/// Marks a triangle's corner as one of the chunk's centre vertices.
-constexpr std::uint32_t kCentreFlag = 0x80000000u;
+constexpr std::size_t kMostVertices = std::size_t{1} << 31;
 
 using Triangle = std::array<std::uint32_t, 3>;
 
-/// Bricks that hold some of the surface, sorted, and the vertices that each owns.
-struct Plan {
+/// What a run of bricks gives. Arrays by brick, then by vertex, triangle and centre vertex.
+struct Part {
   std::vector<BrickKey> bricks;
-  BrickIndex index;
   std::vector<VertexTable> tables;
-  std::vector<std::uint32_t> first_vertex;  ///< by brick
-  std::size_t vertices = 0;
-  std::size_t welded = 0;
+  std::vector<std::uint32_t> vertices, triangles_of;  ///< how many
+  std::vector<Vec3f> positions, normals;
+  std::vector<Triangle> triangles;  ///< vertex codes; centre vertices by number in this part
+  std::vector<Vec3f> centres, centre_normals;
+  std::vector<BrickKey> wanted;  ///< neighbours that hold some of the surface, too
   bool incomplete = false;
 };
 
-/// What one pass over new bricks finds.
-struct Found {
-  std::vector<BrickKey> bricks;
-  std::vector<VertexTable> tables;
-  std::vector<BrickKey> wanted;  ///< neighbours that hold some of the surface, too
-  bool incomplete = false;
+/// Where a brick's results lie, and where they go.
+struct Place {
+  std::uint32_t part = 0, in_part = 0;
+  std::uint32_t first_vertex = 0;  ///< of the surface
+  std::size_t first_triangle = 0;
+  std::uint32_t vertex_in_part = 0;
+  std::size_t triangle_in_part = 0;
 };
 
 class Extraction {
@@ -61,19 +61,18 @@ class Extraction {
   Surface run();
 
  private:
-  Found examine(std::span<const BrickKey> bricks) const;
-  Found examine_range(std::span<const BrickKey> bricks) const;
-  Plan plan() const;
-  void choose_origin(const Plan& plan, Mesh& mesh);
-  void fill(const Plan& plan, Surface& surface) const;
-  struct Chunk {
-    std::vector<Triangle> triangles;
-    std::vector<Vec3f> centres, centre_normals;
-  };
-  void fill_brick(const Plan& plan, std::size_t b, const BrickSurface& brick, Mesh& mesh,
-                  Chunk& chunk) const;
-  void gather_chunks(std::vector<Chunk> chunks, Surface& surface) const;
+  Part extract_range(std::span<const BrickKey> bricks) const;
+  void extract_brick(const BrickSurface& surface, BrickKey brick, Part& part) const;
+  void extract_bricks();
+  void choose_origin(const std::vector<BrickKey>& bricks);
+  void number_vertices();
+  void move_brick(std::size_t b, Mesh& mesh) const;
+  void append_centres(Surface& surface) const;
+  void check_size() const;
   Vec3f place(BrickKey brick, Vec3<std::int32_t> units) const;
+  const VertexTable& table(std::size_t b) const {
+    return parts_[places_[b].part].tables[places_[b].in_part];
+  }
 
   const NodeValues& values_;
   const Lattice lattice_;
@@ -82,149 +81,184 @@ class Extraction {
   BrickRules rules_;
   BrickKey first_, last_;
   Vec3<std::int32_t> origin_{};  ///< node
+  std::vector<Part> parts_;
+  std::vector<BrickKey> bricks_;  ///< that hold some of the surface, sorted
+  std::vector<Place> places_;     ///< by brick
+  BrickIndex index_;
+  std::size_t vertices_ = 0, triangles_ = 0;
+  std::vector<std::uint32_t> first_centre_;  ///< by part, among all vertices
 };
 
-Found Extraction::examine_range(std::span<const BrickKey> bricks) const {
-  Found found;
+Vec3f Extraction::place(BrickKey brick, Vec3<std::int32_t> units) const {
+  const double unit_m = lattice_.step_m / kUnitsPerStep;
+  const auto metres = [&](std::int32_t b, std::int32_t origin, std::int32_t u) {
+    return static_cast<float>((double{kUnitsPerStep} * (kBrickSide * b - origin) + u) * unit_m);
+  };
+  return {metres(brick.x, origin_.x, units.x), metres(brick.y, origin_.y, units.y),
+          metres(brick.z, origin_.z, units.z)};
+}
+
+void Extraction::extract_brick(const BrickSurface& surface, BrickKey brick, Part& part) const {
+  part.bricks.push_back(brick);
+  VertexTable& owned = part.tables.emplace_back(surface.vertices());
+  part.vertices.push_back(owned.number());
+  for (std::size_t w = 0; w < owned.mask.size(); ++w) {
+    for (std::uint64_t bits = owned.mask[w]; bits != 0; bits &= bits - 1) {
+      const int bit = static_cast<int>(64 * w) + std::countr_zero(bits);
+      const int node = bit >> 2;
+      const BrickVertex vertex{BrickSurface::at(node & 7, node >> 3 & 7, node >> 6),
+                               static_cast<VertexKind>(bit & 3)};
+      part.positions.push_back(place(brick, surface.position(vertex)));
+      part.normals.push_back(surface.normal(vertex));
+    }
+  }
+  const std::size_t first = part.triangles.size();
+  const auto first_centre = static_cast<std::uint32_t>(part.centres.size());
+  std::vector<CentreVertex> centres;
+  surface.cut(part.triangles, centres);
+  part.triangles_of.push_back(static_cast<std::uint32_t>(part.triangles.size() - first));
+  for (const CentreVertex& centre : centres) {
+    part.centres.push_back(place(brick, centre.position));
+    part.centre_normals.push_back(centre.normal);
+  }
+  if (centres.empty()) return;
+  for (std::size_t t = first; t < part.triangles.size(); ++t) {
+    for (std::uint32_t& corner : part.triangles[t]) {
+      if (corner >= BrickSurface::kCentre) corner += first_centre;
+    }
+  }
+}
+
+Part Extraction::extract_range(std::span<const BrickKey> bricks) const {
+  Part part;
   BrickCache cache(values_);
   BrickSurface surface(rules_);
   for (const BrickKey brick : bricks) {
     if (!surface.load(brick, cache)) continue;
-    found.incomplete = found.incomplete || surface.incomplete();
-    found.bricks.push_back(brick);
-    found.tables.push_back(surface.vertices());
+    part.incomplete = part.incomplete || surface.incomplete();
+    extract_brick(surface, brick, part);
     for (std::uint32_t bits = surface.neighbours_needed(); bits != 0; bits &= bits - 1) {
       const int n = std::countr_zero(bits);
       const BrickKey next = shifted(brick, n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
       if (next.x >= first_.x && next.x <= last_.x && next.y >= first_.y && next.y <= last_.y) {
-        found.wanted.push_back(next);
+        part.wanted.push_back(next);
       }
     }
   }
-  return found;
+  return part;
 }
 
-Found Extraction::examine(std::span<const BrickKey> bricks) const {
-  return parallel_reduce(
-      bricks.size(), kBricksAtATime, options_.threads, Found{},
-      [&](std::size_t begin, std::size_t end) {
-        check_cancelled(progress_);
-        progress_.advance(end - begin);
-        return examine_range(bricks.subspan(begin, end - begin));
-      },
-      [](Found& sum, Found& part) {
-        sum.bricks.insert(sum.bricks.end(), part.bricks.begin(), part.bricks.end());
-        sum.tables.insert(sum.tables.end(), part.tables.begin(), part.tables.end());
-        sum.wanted.insert(sum.wanted.end(), part.wanted.begin(), part.wanted.end());
-        sum.incomplete = sum.incomplete || part.incomplete;
-      });
-}
-
-/// Examines the bricks that the values name, and follows the surface into those they do not.
-Plan Extraction::plan() const {
-  std::vector<BrickKey> known;  // examined so far, sorted
+/// Extracts the bricks that the values name, and follows the surface into those they do not.
+void Extraction::extract_bricks() {
+  std::vector<BrickKey> known;  // extracted so far, sorted
   std::vector<BrickKey> next = values_.crossing_bricks(first_, last_, options_.threads);
-  Found all;
-  progress_.begin("count", next.size());
+  choose_origin(next);
   while (!next.empty()) {
-    Found found = examine(next);
+    progress_.begin("extract", next.size());
+    const std::size_t first_part = parts_.size();
+    parts_.resize(first_part + (next.size() + kBricksAtATime - 1) / kBricksAtATime);
+    parallel_for(next.size(), kBricksAtATime, options_.threads,
+                 [&](std::size_t begin, std::size_t end) {
+                   check_cancelled(progress_);
+                   parts_[first_part + begin / kBricksAtATime] =
+                       extract_range(std::span(next).subspan(begin, end - begin));
+                   progress_.advance(end - begin);
+                 });
+    progress_.end();
     known.insert(known.end(), next.begin(), next.end());
     std::sort(known.begin(), known.end());
-    all.bricks.insert(all.bricks.end(), found.bricks.begin(), found.bricks.end());
-    all.tables.insert(all.tables.end(), found.tables.begin(), found.tables.end());
-    all.incomplete = all.incomplete || found.incomplete;
-    std::sort(found.wanted.begin(), found.wanted.end());
-    found.wanted.erase(std::unique(found.wanted.begin(), found.wanted.end()), found.wanted.end());
+    std::vector<BrickKey> wanted;
+    for (std::size_t p = first_part; p < parts_.size(); ++p) {
+      wanted.insert(wanted.end(), parts_[p].wanted.begin(), parts_[p].wanted.end());
+      parts_[p].wanted = {};
+    }
+    std::sort(wanted.begin(), wanted.end());
+    wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
     next.clear();
-    std::set_difference(found.wanted.begin(), found.wanted.end(), known.begin(), known.end(),
+    std::set_difference(wanted.begin(), wanted.end(), known.begin(), known.end(),
                         std::back_inserter(next));
   }
-  progress_.end();
-
-  Plan plan;
-  plan.incomplete = all.incomplete;
-  std::vector<std::uint32_t> order(all.bricks.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(),
-            [&](std::uint32_t a, std::uint32_t b) { return all.bricks[a] < all.bricks[b]; });
-  plan.bricks.reserve(order.size());
-  plan.tables.reserve(order.size());
-  plan.first_vertex.reserve(order.size());
-  for (const std::uint32_t o : order) {
-    plan.bricks.push_back(all.bricks[o]);
-    VertexTable& table = plan.tables.emplace_back(all.tables[o]);
-    plan.first_vertex.push_back(static_cast<std::uint32_t>(plan.vertices));
-    plan.vertices += table.number();
-    for (const std::uint64_t word : table.mask) {
-      plan.welded += static_cast<std::size_t>(std::popcount(word & 0x1111111111111111ULL));
-    }
-    if (plan.vertices >= kCentreFlag) {
-      throw RunError("surface", "has more than 2^31 vertices; take smaller tiles");
-    }
-  }
-  plan.index = BrickIndex(plan.bricks);
-  return plan;
 }
 
-void Extraction::choose_origin(const Plan& plan, Mesh& mesh) {
-  std::int32_t low = plan.bricks.empty() ? 0 : plan.bricks.front().z, high = low;
-  for (const BrickKey brick : plan.bricks) {
-    low = std::min(low, brick.z), high = std::max(high, brick.z);
+void Extraction::choose_origin(const std::vector<BrickKey>& bricks) {
+  std::int32_t low = bricks.empty() ? 0 : bricks.front().z;
+  for (const BrickKey brick : bricks) low = std::min(low, brick.z);
+  origin_ = {options_.window.x0, options_.window.y0, kBrickSide * low};
+}
+
+void Extraction::check_size() const {
+  std::int64_t extent = std::max(std::int64_t{options_.window.x1} - options_.window.x0,
+                                 std::int64_t{options_.window.y1} - options_.window.y0);
+  for (const BrickKey brick : bricks_) {
+    const std::int64_t below = std::int64_t{kBrickSide} * brick.z - origin_.z;
+    extent = std::max({extent, below + kBrickSide, -below});
   }
-  const LatticeBox& w = options_.window;
-  origin_ = {w.x0, w.y0, kBrickSide * low};
-  const std::int64_t extent = std::max({std::int64_t{w.x1} - w.x0, std::int64_t{w.y1} - w.y0,
-                                        kBrickSide * (std::int64_t{high} - low + 1)});
   if (extent * kUnitsPerStep > kMostUnits) {
     throw RunError("surface", "spans " + std::to_string(extent) +
                                   " lattice steps, of which float positions hold " +
                                   std::to_string(kMostUnits / kUnitsPerStep) +
                                   "; take smaller tiles or a larger step");
   }
-  mesh.origin = origin_.cast<double>() * lattice_.step_m;
 }
 
-Vec3f Extraction::place(BrickKey brick, Vec3<std::int32_t> units) const {
-  const double unit_m = lattice_.step_m / kUnitsPerStep;
-  const auto metres = [&](std::int32_t b, std::int32_t origin, std::int32_t u) {
-    return static_cast<float>(((kBrickSide * b - origin) * kUnitsPerStep + u) * unit_m);
-  };
-  return {metres(brick.x, origin_.x, units.x), metres(brick.y, origin_.y, units.y),
-          metres(brick.z, origin_.z, units.z)};
-}
-
-void Extraction::fill_brick(const Plan& plan, std::size_t b, const BrickSurface& brick, Mesh& mesh,
-                            Chunk& chunk) const {
-  const BrickKey key = plan.bricks[b];
-  std::uint32_t vertex = plan.first_vertex[b];
-  const VertexTable& table = plan.tables[b];
-  for (std::size_t w = 0; w < table.mask.size(); ++w) {
-    for (std::uint64_t bits = table.mask[w]; bits != 0; bits &= bits - 1, ++vertex) {
-      const int bit = static_cast<int>(64 * w) + std::countr_zero(bits);
-      const int node = bit >> 2;
-      const BrickVertex v{BrickSurface::at(node & 7, node >> 3 & 7, node >> 6),
-                          static_cast<VertexKind>(bit & 3)};
-      mesh.positions[vertex] = place(key, brick.position(v));
-      mesh.normals[vertex] = brick.normal(v);
+/// Sorts the bricks and says where each one's vertices and triangles go.
+void Extraction::number_vertices() {
+  for (std::uint32_t p = 0; p < parts_.size(); ++p) {
+    Place place{p};
+    const Part& part = parts_[p];
+    for (; place.in_part < part.bricks.size(); ++place.in_part) {
+      bricks_.push_back(part.bricks[place.in_part]);
+      places_.push_back(place);
+      place.vertex_in_part += part.vertices[place.in_part];
+      place.triangle_in_part += part.triangles_of[place.in_part];
     }
   }
+  std::vector<std::uint32_t> order(bricks_.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return bricks_[a] < bricks_[b]; });
+  std::vector<BrickKey> bricks;
+  std::vector<Place> places;
+  for (const std::uint32_t o : order) {
+    bricks.push_back(bricks_[o]);
+    Place& place = places.emplace_back(places_[o]);
+    const Part& part = parts_[place.part];
+    place.first_vertex = static_cast<std::uint32_t>(vertices_);
+    place.first_triangle = triangles_;
+    vertices_ += part.vertices[place.in_part];
+    triangles_ += part.triangles_of[place.in_part];
+  }
+  bricks_ = std::move(bricks);
+  places_ = std::move(places);
+  index_ = BrickIndex(bricks_);
+  std::size_t all = vertices_;
+  for (const Part& part : parts_) {
+    first_centre_.push_back(static_cast<std::uint32_t>(all));
+    all += part.centres.size();
+  }
+  if (all > kMostVertices) {
+    throw RunError("surface", "has " + std::to_string(all) + " vertices, of which " +
+                                  std::to_string(kMostVertices) +
+                                  " can be numbered; take smaller tiles or a larger step");
+  }
+}
+
+void Extraction::move_brick(std::size_t b, Mesh& mesh) const {
+  const Place& place = places_[b];
+  const Part& part = parts_[place.part];
+  std::copy_n(part.positions.begin() + place.vertex_in_part, part.vertices[place.in_part],
+              mesh.positions.begin() + place.first_vertex);
+  std::copy_n(part.normals.begin() + place.vertex_in_part, part.vertices[place.in_part],
+              mesh.normals.begin() + place.first_vertex);
   // The far faces' vertices belong to the bricks beyond.
   std::array<std::uint32_t, 8> owners;
   for (int o = 0; o < 8; ++o) {
     owners[static_cast<std::size_t>(o)] =
-        plan.index.find(plan.bricks, shifted(key, o & 1, o >> 1 & 1, o >> 2));
-  }
-  const std::size_t first_triangle = chunk.triangles.size();
-  const auto first_centre = static_cast<std::uint32_t>(chunk.centres.size());
-  std::vector<CentreVertex> centres;
-  brick.cut(chunk.triangles, centres);
-  for (const CentreVertex& centre : centres) {
-    chunk.centres.push_back(place(key, centre.position));
-    chunk.centre_normals.push_back(centre.normal);
+        index_.find(bricks_, shifted(bricks_[b], o & 1, o >> 1 & 1, o >> 2));
   }
   const auto number = [&](std::uint32_t code) {
     if (code >= BrickSurface::kCentre) {
-      return kCentreFlag | (first_centre + code - BrickSurface::kCentre);
+      return first_centre_[place.part] + code - BrickSurface::kCentre;
     }
     constexpr int side = BrickSurface::kSide;
     const int node = static_cast<int>(code >> 2);
@@ -232,61 +266,23 @@ void Extraction::fill_brick(const Plan& plan, std::size_t b, const BrickSurface&
     const std::uint32_t owner =
         owners[static_cast<std::size_t>(i >> 3 | j >> 3 << 1 | k >> 3 << 2)];
     assert(owner != BrickIndex::kNone && "every vertex has an owner");
-    return plan.first_vertex[owner] + plan.tables[owner].rank((i & 7) + 8 * (j & 7) + 64 * (k & 7),
-                                                              static_cast<VertexKind>(code & 3));
+    return places_[owner].first_vertex + table(owner).rank((i & 7) + 8 * (j & 7) + 64 * (k & 7),
+                                                           static_cast<VertexKind>(code & 3));
   };
-  for (std::size_t t = first_triangle; t < chunk.triangles.size(); ++t) {
-    for (std::uint32_t& corner : chunk.triangles[t]) corner = number(corner);
+  for (std::size_t t = 0; t < part.triangles_of[place.in_part]; ++t) {
+    const Triangle& codes = part.triangles[place.triangle_in_part + t];
+    mesh.triangles[place.first_triangle + t] = {number(codes[0]), number(codes[1]),
+                                                number(codes[2])};
   }
 }
 
-void Extraction::fill(const Plan& plan, Surface& surface) const {
-  surface.mesh.positions.resize(plan.vertices);
-  surface.mesh.normals.resize(plan.vertices);
-  std::vector<Chunk> chunks((plan.bricks.size() + kBricksAtATime - 1) / kBricksAtATime);
-  progress_.begin("triangles", plan.bricks.size());
-  parallel_for(plan.bricks.size(), kBricksAtATime, options_.threads,
-               [&](std::size_t begin, std::size_t end) {
-                 check_cancelled(progress_);
-                 BrickCache cache(values_);
-                 BrickSurface brick(rules_);
-                 for (std::size_t b = begin; b < end; ++b) {
-                   if (!brick.load(plan.bricks[b], cache)) continue;
-                   fill_brick(plan, b, brick, surface.mesh, chunks[begin / kBricksAtATime]);
-                 }
-                 progress_.advance(end - begin);
-               });
-  gather_chunks(std::move(chunks), surface);
-  progress_.end();
-}
-
-void Extraction::gather_chunks(std::vector<Chunk> chunks, Surface& surface) const {
-  std::vector<std::size_t> first_triangle{0};
-  std::vector<std::uint32_t> first_centre{0};
-  for (const Chunk& chunk : chunks) {
-    first_triangle.push_back(first_triangle.back() + chunk.triangles.size());
-    first_centre.push_back(first_centre.back() + static_cast<std::uint32_t>(chunk.centres.size()));
-  }
-  Mesh& mesh = surface.mesh;
-  const auto vertices = static_cast<std::uint32_t>(mesh.positions.size());
-  surface.centre_vertices = first_centre.back();
-  mesh.triangles.resize(first_triangle.back());
-  parallel_for(chunks.size(), 1, options_.threads, [&](std::size_t c, std::size_t) {
-    Triangle* to = mesh.triangles.data() + first_triangle[c];
-    for (Triangle triangle : chunks[c].triangles) {
-      for (std::uint32_t& corner : triangle) {
-        if ((corner & kCentreFlag) != 0) {
-          corner = vertices + first_centre[c] + (corner & ~kCentreFlag);
-        }
-      }
-      *to++ = triangle;
-    }
-    chunks[c].triangles = {};
-  });
-  for (const Chunk& chunk : chunks) {
-    mesh.positions.insert(mesh.positions.end(), chunk.centres.begin(), chunk.centres.end());
-    mesh.normals.insert(mesh.normals.end(), chunk.centre_normals.begin(),
-                        chunk.centre_normals.end());
+void Extraction::append_centres(Surface& surface) const {
+  for (const Part& part : parts_) {
+    surface.mesh.positions.insert(surface.mesh.positions.end(), part.centres.begin(),
+                                  part.centres.end());
+    surface.mesh.normals.insert(surface.mesh.normals.end(), part.centre_normals.begin(),
+                                part.centre_normals.end());
+    surface.centre_vertices += part.centres.size();
   }
 }
 
@@ -314,12 +310,25 @@ void drop_unused_vertices(Mesh& mesh) {
 Surface Extraction::run() {
   Surface surface;
   if (options_.window.empty()) return surface;
-  const Plan plan = this->plan();
-  choose_origin(plan, surface.mesh);
-  surface.bricks = plan.bricks.size();
-  surface.welded = plan.welded;
-  fill(plan, surface);
-  if (plan.incomplete) drop_unused_vertices(surface.mesh);
+  extract_bricks();
+  number_vertices();
+  check_size();
+  surface.mesh.origin = origin_.cast<double>() * lattice_.step_m;
+  surface.bricks = bricks_.size();
+  bool incomplete = false;
+  for (const Part& part : parts_) {
+    incomplete = incomplete || part.incomplete;
+    for (const VertexTable& owned : part.tables) surface.welded += owned.welded();
+  }
+  surface.mesh.positions.resize(vertices_);
+  surface.mesh.normals.resize(vertices_);
+  surface.mesh.triangles.resize(triangles_);
+  parallel_for(bricks_.size(), kBricksAtATime, options_.threads,
+               [&](std::size_t begin, std::size_t end) {
+                 for (std::size_t b = begin; b < end; ++b) move_brick(b, surface.mesh);
+               });
+  append_centres(surface);
+  if (incomplete) drop_unused_vertices(surface.mesh);
   return surface;
 }
 

@@ -35,7 +35,7 @@ class NodeValues {
   virtual ~NodeValues() = default;
   /// The 512 nodes that a brick owns, x fastest, where they are kept as they are; else null.
   virtual const float* stored(BrickKey brick) const = 0;
-  /// Computes those nodes. False where the function is not known on all of them.
+  /// Computes those nodes; NaN where the function is not known. False where it is on none.
   virtual bool compute(BrickKey brick, std::span<float, kBrickNodes> values) const = 0;
   /// Bricks in the columns between first and last (x and y, inclusive) in which the sign changes:
   /// at least one of every connected piece of the surface. Sorted.
@@ -47,13 +47,13 @@ class NodeValues {
 class FieldValues : public NodeValues {
  public:
   /// `field` must outlive this.
-  explicit FieldValues(const Field& field) : field_(field) {}
+  explicit FieldValues(const Field& field) : field_(&field) {}
   const float* stored(BrickKey brick) const override;
   bool compute(BrickKey brick, std::span<float, kBrickNodes> values) const override;
   std::vector<BrickKey> crossing_bricks(BrickKey first, BrickKey last, int threads) const override;
 
  private:
-  const Field& field_;
+  const Field* field_;
 };
 
 /// Parts of a lattice step in which positions of vertices are whole numbers.
@@ -65,8 +65,9 @@ struct ExtractOptions {
   /// every tile that meets there has the same ones. The window itself counts as one.
   std::vector<LatticeBox> borders;
   /// Vertices closer to a node than this part of a step are made one. [0, 0.49]; 0 leaves all
-  /// apart. More makes better triangles and smooths creases of that size.
-  double weld = 0.2;
+  /// apart. Near a half hardly a triangle keeps an angle below 20 degrees, and there are a quarter
+  /// fewer of them (docs/decisions/0041-surface-extraction.md).
+  double weld = 0.45;
   int threads = 0;  ///< 0: all cores
 };
 

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <limits>
+#include <type_traits>
 
 #include "core/base/random.h"
 #include "stages/poisson/extract_table.h"
@@ -53,20 +55,34 @@ std::uint32_t VertexTable::rank(int node, VertexKind kind) const {
   return before[bit >> 6] + static_cast<std::uint32_t>(std::popcount(mask[bit >> 6] & below));
 }
 
+std::size_t VertexTable::welded() const {
+  std::size_t count = 0;
+  for (const std::uint64_t word : mask) {
+    count += static_cast<std::size_t>(std::popcount(word & 0x1111111111111111ULL));
+  }
+  return count;
+}
+
 std::size_t BrickCache::Hash::operator()(BrickKey b) const {
   return mix64(
       mix64(static_cast<std::uint32_t>(b.x) + 0x9e3779b97f4a7c15ULL) +
       (std::uint64_t{static_cast<std::uint32_t>(b.y)} << 32 | static_cast<std::uint32_t>(b.z)));
 }
 
-const float* BrickCache::nodes(BrickKey brick) {
-  if (const float* kept = values_.stored(brick)) return kept;
+BrickCache::Nodes BrickCache::nodes(BrickKey brick) {
+  if (const float* kept = values_.stored(brick)) return {kept, true};
   const auto [entry, is_new] = computed_.try_emplace(brick);
+  Computed& computed = entry->second;
   if (is_new) {
-    entry->second = std::make_unique<Nodes>();
-    if (!values_.compute(brick, *entry->second)) entry->second.reset();
+    computed.values = std::make_unique<std::array<float, kBrickNodes>>();
+    if (!values_.compute(brick, *computed.values)) {
+      computed.values.reset();
+    } else {
+      computed.all_known = std::none_of(computed.values->begin(), computed.values->end(),
+                                        [](float v) { return std::isnan(v); });
+    }
   }
-  return entry->second ? entry->second->data() : nullptr;
+  return {computed.values ? computed.values->data() : nullptr, computed.all_known};
 }
 
 BrickSurface::BrickSurface(const BrickRules& rules) : rules_(rules) {}
@@ -103,22 +119,25 @@ bool BrickSurface::load(BrickKey brick, BrickCache& cache) {
 
 /// Copies what brick + (dx, dy, dz) owns of the padded nodes; `from` null: nothing is known there.
 void BrickSurface::copy_nodes(const float* from, int dx, int dy, int dz) {
-  const auto range = [](int d) {
-    return d < 0 ? std::array<int, 2>{-1, 0} : d == 0 ? std::array{0, 8} : std::array{8, 10};
-  };
-  const auto [i0, i1] = range(dx);
-  const auto [j0, j1] = range(dy);
-  const auto [k0, k1] = range(dz);
-  for (int k = k0; k < k1; ++k) {
-    for (int j = j0; j < j1; ++j) {
-      float* to = values_.data() + at(i0, j, k);
-      if (from == nullptr) {
-        std::fill_n(to, i1 - i0, kUnknown);
-      } else {
-        std::copy_n(from + (i0 & 7) + kBrickSide * ((j & 7) + kBrickSide * (k & 7)), i1 - i0, to);
+  const auto first = [](int d) { return d < 0 ? -1 : d == 0 ? 0 : 8; };
+  const auto end = [](int d) { return d < 0 ? 0 : d == 0 ? 8 : 10; };
+  const auto copy_rows = [&]<int kCount>(std::integral_constant<int, kCount>, int i0) {
+    for (int k = first(dz); k < end(dz); ++k) {
+      for (int j = first(dy); j < end(dy); ++j) {
+        float* to = values_.data() + at(i0, j, k);
+        if (from == nullptr) {
+          std::fill_n(to, kCount, kUnknown);
+        } else {
+          // A length known to the compiler: these copies are most of the work of reading.
+          std::memcpy(to, from + (i0 & 7) + kBrickSide * ((j & 7) + kBrickSide * (k & 7)),
+                      kCount * sizeof(float));
+        }
       }
     }
-  }
+  };
+  if (dx < 0) copy_rows(std::integral_constant<int, 1>(), -1);
+  if (dx == 0) copy_rows(std::integral_constant<int, 8>(), 0);
+  if (dx > 0) copy_rows(std::integral_constant<int, 2>(), 8);
 }
 
 void BrickSurface::gather(BrickCache& cache) {
@@ -126,9 +145,9 @@ void BrickSurface::gather(BrickCache& cache) {
   for (int dz = -1; dz <= 1; ++dz) {
     for (int dy = -1; dy <= 1; ++dy) {
       for (int dx = -1; dx <= 1; ++dx) {
-        const float* nodes = cache.nodes(shifted(brick_, dx, dy, dz));
-        all_known_ = all_known_ && nodes != nullptr;
-        copy_nodes(nodes, dx, dy, dz);
+        const BrickCache::Nodes nodes = cache.nodes(shifted(brick_, dx, dy, dz));
+        all_known_ = all_known_ && nodes.all_known;
+        copy_nodes(nodes.values, dx, dy, dz);
       }
     }
   }

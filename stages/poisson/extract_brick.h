@@ -43,23 +43,32 @@ struct VertexTable {
   /// Fills `before`; returns how many there are.
   std::uint32_t number();
   std::uint32_t rank(int node, VertexKind kind) const;
+  /// How many of them are of kind kNode.
+  std::size_t welded() const;
 };
 
 /// Values of bricks, computed once where they are not stored. Thread contract: one thread.
 class BrickCache {
  public:
   explicit BrickCache(const NodeValues& values) : values_(values) {}
-  /// The 512 nodes of a brick, null where they are not known. Valid while the cache lives.
-  const float* nodes(BrickKey brick);
+  /// The 512 nodes of a brick, null where none is known. Valid while the cache lives.
+  struct Nodes {
+    const float* values = nullptr;
+    bool all_known = false;
+  };
+  Nodes nodes(BrickKey brick);
 
  private:
-  using Nodes = std::array<float, kBrickNodes>;
+  struct Computed {
+    std::unique_ptr<std::array<float, kBrickNodes>> values;  ///< null: none is known
+    bool all_known = false;
+  };
   struct Hash {
     std::size_t operator()(BrickKey b) const;
   };
 
   const NodeValues& values_;
-  std::unordered_map<BrickKey, std::unique_ptr<Nodes>, Hash> computed_;
+  std::unordered_map<BrickKey, Computed, Hash> computed_;
 };
 
 /// The part of the options that a brick needs, in nodes of the lattice.
