@@ -2,7 +2,7 @@
 # The front door. CMake does the work; see CMakePresets.json for the other builds.
 PREFIX ?= /usr/local
 JOBS ?= $(shell nproc)
-SOURCES = find bench core hlod samples stages terrain-viewer tests -name '*.h' -o -name '*.cpp'
+SOURCES = find bench core hlod pipeline stages terrain-viewer tests -name '*.h' -o -name '*.cpp'
 
 .PHONY: help setup build programs demo test bench install format lint clean
 .DEFAULT_GOAL := help
@@ -22,7 +22,7 @@ programs: setup ## compile the programs alone, without tests and benchmarks
 	@cmake --build --preset release -j $(JOBS) --target cornice-programs
 
 demo: programs ## simulate a survey, process it, and show it in demo-output/report.html
-	@scripts/demo build/bin demo-output
+	@scripts/demo build/bin
 
 test: build ## run every test
 	@ctest --preset release -j 2

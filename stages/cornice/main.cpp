@@ -28,7 +28,8 @@ struct StageLine {
 };
 
 // In the order in which data passes through them.
-constexpr std::array<StageLine, 5> kStages{{
+constexpr std::array<StageLine, 6> kStages{{
+    {"run", "takes a survey through every stage, by a configuration"},
     {"simulate", "flies a scanner over an analytic scene: LAZ tiles and their truth"},
     {"info", "says what is in a LAS, LAZ, COPC, PLY or GeoTIFF file"},
     {"index", "lays out the tiles of a survey from their headers"},

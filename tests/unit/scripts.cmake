@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 find_package(Python3 REQUIRED COMPONENTS Interpreter)
-foreach(subject setup demo_report)
+foreach(subject setup)
   add_test(NAME scripts.${subject}
            COMMAND "${Python3_EXECUTABLE}" -B
                    "${PROJECT_SOURCE_DIR}/tests/unit/scripts/${subject}_test.py")

@@ -5,9 +5,10 @@
 #include <vector>
 
 #include "core/base/vec.h"
-#include "samples/demo/colours.h"
+#include "pipeline/pictures/colours.h"
+#include "pipeline/pictures/view.h"
 
-namespace cornice::demo {
+namespace cornice::pictures {
 
 /// N points with a colour each; metres, relative to any common origin.
 struct ColouredPoints {
@@ -15,15 +16,8 @@ struct ColouredPoints {
   std::vector<Rgb> colours;
 };
 
-/// Where an orthographic view looks.
-struct ObliqueView {
-  double heading_deg = 330.0;  ///< looked along, clockwise from north
-  double tilt_deg = 32.0;      ///< of the view below the horizon, above 0 and up to 90
-  int width_px = 1200;
-};
-
 /// The points under a light from the upper left. The picture is as high as the points need.
 /// Throws UsageError where there are no points.
-Picture oblique_picture(const ColouredPoints& points, const ObliqueView& view);
+Picture oblique_picture(const ColouredPoints& points, const View& view);
 
-}  // namespace cornice::demo
+}  // namespace cornice::pictures

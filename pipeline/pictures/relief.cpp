@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "samples/demo/relief.h"
+#include "pipeline/pictures/relief.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "core/base/error.h"
-#include "samples/demo/colours.h"
+#include "pipeline/pictures/colours.h"
 
-namespace cornice::demo {
+namespace cornice::pictures {
 namespace {
 
 /// A disc of `radius_px`; what falls outside the picture is left out.
@@ -115,4 +115,4 @@ void draw_trajectories(Picture& picture, const Raster& raster, const FlightLines
   }
 }
 
-}  // namespace cornice::demo
+}  // namespace cornice::pictures

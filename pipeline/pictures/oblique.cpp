@@ -1,23 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Splats into a depth buffer; the light is computed from the buffer, so that points need no
 // normals.
-#include "samples/demo/oblique.h"
+#include "pipeline/pictures/oblique.h"
 
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "core/base/error.h"
 
-namespace cornice::demo {
+namespace cornice::pictures {
 namespace {
 
 constexpr float kNothing = std::numeric_limits<float>::infinity();
 constexpr int kMarginPx = 8;
 /// Of depth between neighbouring pixels, above which they show two surfaces.
 constexpr float kStepPx = 12.0f;
-/// Pixels of the buffer per pixel of the picture, either way.
-constexpr int kFiner = 2;
 constexpr int kHolePasses = 4;
 
 /// Depth along the view in pixels and colour, row by row from the top.
@@ -33,25 +30,7 @@ struct Buffer {
   }
 };
 
-/// The view's axes: right, up and forward.
-struct Axes {
-  Vec3d right, up, forward;
-};
-
-Axes axes_of(const ObliqueView& view) {
-  const double h = view.heading_deg * std::numbers::pi / 180.0;
-  const double t = view.tilt_deg * std::numbers::pi / 180.0;
-  return {{std::cos(h), -std::sin(h), 0.0},
-          {std::sin(h) * std::sin(t), std::cos(h) * std::sin(t), std::cos(t)},
-          {std::sin(h) * std::cos(t), std::cos(h) * std::cos(t), -std::sin(t)}};
-}
-
-Vec3d seen(const Axes& axes, Vec3f p) {
-  const Vec3d q = p.cast<double>();
-  return {dot(axes.right, q), dot(axes.up, q), dot(axes.forward, q)};
-}
-
-Buffer splat(const ColouredPoints& points, const ObliqueView& view) {
+Buffer splat(const ColouredPoints& points, const View& view) {
   const Axes axes = axes_of(view);
   Box3d box;
   for (const Vec3f& p : points.positions) box.add(seen(axes, p));
@@ -173,35 +152,13 @@ Picture lit(const Buffer& buffer) {
   return picture;
 }
 
-/// Every pixel the mean of kFiner x kFiner.
-Picture reduced(const Picture& fine) {
-  Picture picture{fine.width / kFiner, fine.height / kFiner, {}};
-  for (int y = 0; y < picture.height; ++y) {
-    for (int x = 0; x < picture.width; ++x) {
-      std::array<int, 3> sum{};
-      for (int k = 0; k < kFiner * kFiner; ++k) {
-        const int fine_y = kFiner * y + k / kFiner;
-        const int fine_x = kFiner * x + k % kFiner;
-        const Rgb& pixel = fine.pixels[static_cast<std::size_t>(fine_y) * fine.width + fine_x];
-        for (std::size_t c = 0; c < 3; ++c) sum[c] += pixel[c];
-      }
-      Rgb mean{};
-      for (std::size_t c = 0; c < 3; ++c) {
-        mean[c] = static_cast<std::uint8_t>(sum[c] / (kFiner * kFiner));
-      }
-      picture.pixels.push_back(mean);
-    }
-  }
-  return picture;
-}
-
 }  // namespace
 
-Picture oblique_picture(const ColouredPoints& points, const ObliqueView& view) {
+Picture oblique_picture(const ColouredPoints& points, const View& view) {
   if (points.positions.empty()) throw UsageError("FILE", "no points to draw");
   Buffer buffer = splat(points, view);
   for (int pass = 0; pass < kHolePasses; ++pass) close_holes(buffer);
   return reduced(lit(buffer));
 }
 
-}  // namespace cornice::demo
+}  // namespace cornice::pictures

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// cornice-demo-pictures: rasters as relief, or points seen obliquely, as one picture.
+// cornice-picture: rasters as relief, or points and meshes seen obliquely or from above.
 #include <algorithm>
 #include <initializer_list>
 #include <optional>
@@ -9,8 +9,9 @@
 #include "core/io/flight_lines_file.h"
 #include "core/io/las.h"
 #include "core/io/ply.h"
-#include "samples/demo/oblique.h"
-#include "samples/demo/relief.h"
+#include "pipeline/pictures/mesh_view.h"
+#include "pipeline/pictures/oblique.h"
+#include "pipeline/pictures/relief.h"
 
 namespace {
 
@@ -20,9 +21,10 @@ using namespace cornice;
 struct Arguments {
   std::vector<std::filesystem::path> files;
   std::filesystem::path output;
-  std::string colour = "class";
+  std::string colour = "auto";
+  std::string view_name = "oblique";
   std::filesystem::path flight_lines;
-  demo::ObliqueView view;
+  pictures::View view;
 };
 
 bool ends_with(const std::filesystem::path& path, std::initializer_list<const char*> endings) {
@@ -32,13 +34,15 @@ bool ends_with(const std::filesystem::path& path, std::initializer_list<const ch
 }
 
 /// Adds points whose origin is `origin` to those of the first file, whose origin counts.
-void add_position(demo::ColouredPoints& all, const Vec3d& shift, Vec3f position, demo::Rgb colour) {
+void add_position(pictures::ColouredPoints& all, const Vec3d& shift, Vec3f position,
+                  pictures::Rgb colour) {
   all.positions.push_back(position + shift.cast<float>());
   all.colours.push_back(colour);
 }
 
 void add_las(const Arguments& arguments, const FlightLines& lines, const LasInfo& info,
-             const StageContext& context, demo::ColouredPoints& all, std::optional<Vec3d>& origin) {
+             const StageContext& context, pictures::ColouredPoints& all,
+             std::optional<Vec3d>& origin) {
   LasReadOptions options;
   options.threads = context.options.threads;
   options.attributes = Attribute::kClassification | Attribute::kPointSource | Attribute::kGpsTime |
@@ -47,7 +51,7 @@ void add_las(const Arguments& arguments, const FlightLines& lines, const LasInfo
   if (!origin) origin = points.origin;
   LineFinder finder(lines);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    demo::Rgb colour = demo::class_colour(points.classification[i]);
+    pictures::Rgb colour = pictures::class_colour(points.classification[i]);
     if (arguments.colour == "line") {
       const auto channel =
           points.scanner_channel.empty() ? std::uint8_t{0} : points.scanner_channel[i];
@@ -56,13 +60,13 @@ void add_las(const Arguments& arguments, const FlightLines& lines, const LasInfo
                             : finder.find(points.point_source_id[i], channel, points.gps_time_s[i],
                                           points.user_data[i]);
       // Grey: a point of no line, such as the virtual points of some products.
-      colour = line ? demo::number_colour(lines.lines[*line].id) : demo::Rgb{170, 170, 170};
+      colour = line ? pictures::number_colour(lines.lines[*line].id) : pictures::Rgb{170, 170, 170};
     }
     add_position(all, points.origin - *origin, points.positions[i], colour);
   }
 }
 
-void add_ply(const std::filesystem::path& file, demo::ColouredPoints& all,
+void add_ply(const std::filesystem::path& file, pictures::ColouredPoints& all,
              std::optional<Vec3d>& origin) {
   const OrientedPoints points = read_ply_points(file);
   if (points.normals.size() != points.positions.size()) {
@@ -71,13 +75,13 @@ void add_ply(const std::filesystem::path& file, demo::ColouredPoints& all,
   if (!origin) origin = points.origin;
   for (std::size_t i = 0; i < points.positions.size(); ++i) {
     add_position(all, points.origin - *origin, points.positions[i],
-                 demo::normal_colour(points.normals[i]));
+                 pictures::normal_colour(points.normals[i]));
   }
 }
 
 Picture picture_of_points(const Arguments& arguments, const FlightLines& lines,
                           const StageContext& context) {
-  demo::ColouredPoints all;
+  pictures::ColouredPoints all;
   std::optional<Vec3d> origin;
   for (const std::filesystem::path& file : arguments.files) {
     if (ends_with(file, {".ply"})) {
@@ -86,54 +90,78 @@ Picture picture_of_points(const Arguments& arguments, const FlightLines& lines,
       add_las(arguments, lines, read_las_info(file), context, all, origin);
     }
   }
-  return demo::oblique_picture(all, arguments.view);
+  return pictures::oblique_picture(all, arguments.view);
 }
 
 Picture picture_of_raster(const Arguments& arguments, const FlightLines& lines) {
   std::vector<Raster> parts;
   for (const std::filesystem::path& file : arguments.files) parts.push_back(read_raster(file));
-  const Raster raster = demo::merged(parts);
-  Picture picture = demo::relief_picture(raster);
+  const Raster raster = pictures::merged(parts);
+  Picture picture = pictures::relief_picture(raster);
   if (lines.lines.empty()) return picture;
   const int margin_px = picture.width / 8;
-  picture = demo::with_margin(picture, margin_px);
-  demo::draw_trajectories(picture, raster, lines, margin_px);
+  picture = pictures::with_margin(picture, margin_px);
+  pictures::draw_trajectories(picture, raster, lines, margin_px);
   return picture;
 }
 
-void run(const Arguments& arguments, StageContext& context) {
+/// The picture of meshes; nothing where the files are points.
+std::optional<Picture> picture_of_meshes(const Arguments& arguments) {
+  if (!ends_with(arguments.files.front(), {".ply"})) return std::nullopt;
+  const PlyInfo info = read_ply_info(arguments.files.front());
+  const bool has_faces = std::any_of(
+      info.elements.begin(), info.elements.end(),
+      [](const PlyInfo::Element& element) { return element.name == "face" && element.count > 0; });
+  if (!has_faces) return std::nullopt;
+  std::vector<Mesh> meshes;
+  for (const std::filesystem::path& file : arguments.files) meshes.push_back(read_ply_mesh(file));
+  const auto colour = arguments.colour == "support" ? pictures::MeshColour::kSupport
+                                                    : pictures::MeshColour::kRelief;
+  return pictures::mesh_picture(meshes, arguments.view, colour);
+}
+
+void run(Arguments& arguments, StageContext& context) {
+  if (arguments.view_name == "plan") {
+    arguments.view.heading_deg = 0.0;
+    arguments.view.tilt_deg = 90.0;
+  }
   FlightLines lines;
   if (!arguments.flight_lines.empty()) lines = read_flight_lines(arguments.flight_lines);
   const bool raster = ends_with(arguments.files.front(), {".tif", ".tiff"});
   if (arguments.colour == "line" && lines.lines.empty()) {
     throw UsageError("--colour", "\"line\" needs --flightlines");
   }
-  write_picture(arguments.output, raster ? picture_of_raster(arguments, lines)
-                                         : picture_of_points(arguments, lines, context));
+  if (raster) return write_picture(arguments.output, picture_of_raster(arguments, lines));
+  if (const auto meshes = picture_of_meshes(arguments))
+    return write_picture(arguments.output, *meshes);
+  write_picture(arguments.output, picture_of_points(arguments, lines, context));
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   Arguments arguments;
-  demo::ObliqueView& view = arguments.view;
+  pictures::View& view = arguments.view;
   Stage stage;
-  stage.name = "demo-pictures";
-  stage.description = "Shows rasters as relief, or points obliquely from above";
+  stage.name = "picture";
+  stage.description = "Shows rasters as relief, points and meshes obliquely or from above";
   stage.options = {
       Option("FILE", arguments.files,
-             "GeoTIFF files of heights, or LAS, LAZ or PLY files of points")
+             "GeoTIFF files of heights, LAS, LAZ or PLY files of points, or PLY meshes")
           .positional()
           .required(),
       output_option(arguments.output, "picture, PNG or JPEG"),
-      Option("colour", arguments.colour, "of LAS points; PLY shows its normals")
-          .words({"class", "line"}),
+      Option("colour", arguments.colour,
+             "of LAS points: class (auto) or line; of meshes: relief (auto) or support")
+          .words({"auto", "class", "line", "relief", "support"}),
+      Option("view", arguments.view_name, "from where; plan is from straight above, north up")
+          .words({"oblique", "plan"}),
       Option("flightlines", arguments.flight_lines, "lines that cornice-flightlines wrote"),
       Option("heading", view.heading_deg, "looked along, from north").range(-360, 360).unit("deg"),
       Option("tilt", view.tilt_deg, "of the view below the horizon").range(5, 90).unit("deg"),
       Option("width", view.width_px, "of the picture").range(64, 8192).unit("px")};
-  stage.examples = {"cornice-demo-pictures dem/*.tif -o relief.png",
-                    "cornice-demo-pictures tiles/*.laz --colour class -o classes.png"};
+  stage.examples = {"cornice-picture dem/*.tif -o relief.png",
+                    "cornice-picture tiles/*.laz --colour class -o classes.png"};
   stage.run = [&](StageContext& context) { run(arguments, context); };
   return run_stage(argc, argv, std::move(stage));
 }

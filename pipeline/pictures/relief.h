@@ -7,7 +7,7 @@
 #include "core/io/raster.h"
 #include "core/points/flight_line.h"
 
-namespace cornice::demo {
+namespace cornice::pictures {
 
 /// Neighbouring rasters of one step as one; holes between them hold no data. Not empty.
 /// Throws InputError where a raster's step or grid differs from the first one's.
@@ -24,4 +24,4 @@ void draw_trajectories(Picture& picture, const Raster& raster, const FlightLines
 /// The picture inside a white border.
 Picture with_margin(const Picture& picture, int margin_px);
 
-}  // namespace cornice::demo
+}  // namespace cornice::pictures

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "samples/demo/colours.h"
+#include "pipeline/pictures/colours.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace cornice::demo {
+namespace cornice::pictures {
 namespace {
 
 std::uint8_t to_byte(double value) {
@@ -80,4 +80,4 @@ Rgb shaded(Rgb colour, float light) {
   return colour;
 }
 
-}  // namespace cornice::demo
+}  // namespace cornice::pictures

@@ -8,7 +8,7 @@
 #include "core/base/vec.h"
 #include "core/io/raster.h"
 
-namespace cornice::demo {
+namespace cornice::pictures {
 
 using Rgb = std::array<std::uint8_t, 3>;
 
@@ -23,4 +23,4 @@ Rgb height_colour(double share);
 /// The colour under `light`, where 1 leaves it as it is.
 Rgb shaded(Rgb colour, float light);
 
-}  // namespace cornice::demo
+}  // namespace cornice::pictures

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipeline/pictures/view.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace cornice::pictures {
+
+Axes axes_of(const View& view) {
+  const double h = view.heading_deg * std::numbers::pi / 180.0;
+  const double t = view.tilt_deg * std::numbers::pi / 180.0;
+  return {{std::cos(h), -std::sin(h), 0.0},
+          {std::sin(h) * std::sin(t), std::cos(h) * std::sin(t), std::cos(t)},
+          {std::sin(h) * std::cos(t), std::cos(h) * std::cos(t), -std::sin(t)}};
+}
+
+Vec3d seen(const Axes& axes, Vec3f position) {
+  const Vec3d q = position.cast<double>();
+  return {dot(axes.right, q), dot(axes.up, q), dot(axes.forward, q)};
+}
+
+Picture reduced(const Picture& fine) {
+  Picture picture{fine.width / kFiner, fine.height / kFiner, {}};
+  picture.pixels.reserve(static_cast<std::size_t>(picture.width) * picture.height);
+  for (int y = 0; y < picture.height; ++y) {
+    for (int x = 0; x < picture.width; ++x) {
+      std::array<int, 3> sum{};
+      for (int k = 0; k < kFiner * kFiner; ++k) {
+        const int fine_y = kFiner * y + k / kFiner;
+        const int fine_x = kFiner * x + k % kFiner;
+        const auto& pixel = fine.pixels[static_cast<std::size_t>(fine_y) * fine.width + fine_x];
+        for (std::size_t c = 0; c < 3; ++c) sum[c] += pixel[c];
+      }
+      std::array<std::uint8_t, 3> mean{};
+      for (std::size_t c = 0; c < 3; ++c) {
+        mean[c] = static_cast<std::uint8_t>(sum[c] / (kFiner * kFiner));
+      }
+      picture.pixels.push_back(mean);
+    }
+  }
+  return picture;
+}
+
+}  // namespace cornice::pictures

@@ -1,0 +1,329 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Takes a survey through every stage: tiles in, one seamless mesh and a report out."""
+
+import argparse
+import fcntl
+import hashlib
+import json
+import os
+import signal
+import subprocess
+import sys
+
+import configuration
+import report
+import stages
+import watch
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+DONE, FAILED, USAGE, BAD_INPUT = 0, 1, 2, 3
+
+
+class RunError(Exception):
+    """Ends the program with an exit code and one line."""
+
+    def __init__(self, code, text):
+        super().__init__(text)
+        self.code = code
+
+
+def share_folder():
+    """Where config/ lies: beside pipeline/ in the source tree and when installed."""
+    return os.path.join(os.path.dirname(ROOT), "config")
+
+
+def program_version(programs):
+    try:
+        shown = subprocess.run([os.path.join(programs, "cornice-index"), "--version"],
+                               capture_output=True, text=True, check=True)
+    except (OSError, subprocess.CalledProcessError) as error:
+        raise RunError(FAILED, f"{programs}: holds no cornice-index that runs ({error})") from error
+    return shown.stdout.strip()
+
+
+def write_json(target, value):
+    partial = target + ".partial"
+    with open(partial, "w", encoding="utf-8") as file:
+        json.dump(value, file, indent=1)
+        file.write("\n")
+    os.replace(partial, target)
+
+
+def index_survey(arguments, config, files, output):
+    """Lays out the tiles; returns the index (docs/formats/survey.md)."""
+    target = os.path.join(output, "survey.json")
+    words = [os.path.join(arguments.programs, "cornice-index"), "-o", target, "--overwrite",
+             "--no-progress", "--log-level", "error", "--halo-m", str(config.get("halo-m", 40)),
+             "--step-m", str(config.get("step-m", 0.5))]
+    if config.get("crs"):
+        words += ["--crs", config["crs"]]
+    done = subprocess.run(words + files, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        text = done.stderr.strip().splitlines()[-1] if done.stderr.strip() else "no message"
+        raise RunError(done.returncode, text.split("error: ", 1)[-1])
+    with open(target, encoding="utf-8") as file:
+        return json.load(file)
+
+
+def write_class_rules(config, output):
+    """The normals' class rules as a file of their own; empty where the product's are to count."""
+    rules = {key: value for key, value in config.get("normals", {}).items()
+             if key in ("noise", "classes")}
+    if "classes" not in rules:
+        return ""
+    target = os.path.join(output, "class-rules.yaml")
+    # JSON is YAML.
+    write_json(target, {"normals": rules})
+    return target
+
+
+def fingerprints(plan, version):
+    """One per job: what decides its result besides the files it reads."""
+    result = {}
+    for name, stage in stages.STAGES.items():
+        section = {"solve": "poisson", "extract": "poisson"}.get(name, name)
+        own = [version, name, plan["config"].get(section), plan["config"].get("crs"),
+               plan["step_m"], plan["halo_m"]]
+        result[name] = {}
+        for tile in (plan["tiles"] if stage.per_tile else [stages.SURVEY]):
+            of_tile = plan["tiles"].get(tile, {"tiles": sorted(plan["tiles"])})
+            text = json.dumps([own, of_tile], sort_keys=True)
+            result[name][tile] = hashlib.sha256(text.encode()).hexdigest()[:16]
+    return result
+
+
+def make_plan(arguments, config, files, output):
+    survey = index_survey(arguments, config, files, output)
+    plan = {
+        "output": output,
+        "programs": os.path.abspath(arguments.programs),
+        "version": program_version(arguments.programs),
+        "config": config,
+        "class_rules": write_class_rules(config, output),
+        "crs": survey["crs"],
+        "step_m": survey["step_m"],
+        "halo_m": survey["halo_m"],
+        "threads": max(1, arguments.threads or (os.cpu_count() or 1) // max(1, arguments.jobs)),
+        "until": arguments.until,
+        "stop_at_first_failure": arguments.stop_at_first_failure,
+        "tiles": {tile["name"]: {key: tile[key] for key in
+                                 ("path", "points", "bytes", "box", "neighbours")}
+                  for tile in survey["tiles"] if not tile["problem"]},
+        "unusable": {tile["path"]: tile["problem"] for tile in survey["tiles"] if tile["problem"]},
+        "warnings": survey["warnings"],
+    }
+    plan["fingerprints"] = fingerprints(plan, plan["version"])
+    write_json(os.path.join(output, "plan.json"), plan)
+    return plan
+
+
+def stale_records(plan):
+    """Records of jobs to be done again: failed ones, those of other parameters, and those whose
+    files are gone. What depends on them is done again because they become newer."""
+    stale = []
+    for stage, tile in stages.jobs(plan):
+        record = stages.read_outcome(plan, stage, tile)
+        if record is None:
+            continue
+        outputs = stages.STAGES[stage].outputs(plan, tile)
+        is_good = (record["status"] == "done" and all(os.path.exists(name) for name in outputs) and
+                   record.get("fingerprint") == plan["fingerprints"][stage][tile])
+        if not is_good:
+            stale.append(stages.outcome_path(plan, stage, tile))
+    return stale
+
+
+def snakemake_words(arguments, plan, output):
+    words = ["snakemake", "--snakefile", os.path.join(ROOT, "Snakefile"), "--directory", output,
+             "--config", f"plan={os.path.join(output, 'plan.json')}", "--nolock",
+             "--profile", arguments.profile]
+    total = arguments.memory * 1024 if arguments.memory else (
+        os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2**20)
+    if arguments.is_local:
+        # A job alone may ask for all there is, whatever it was guessed to need.
+        words += ["--cores", str(plan["threads"] * max(1, arguments.jobs)), "--resources",
+                  f"mem_mb={int(0.9 * total)}"]
+    elif arguments.jobs:
+        words += ["--jobs", str(arguments.jobs)]
+    return words if plan["stop_at_first_failure"] else words + ["--keep-going"]
+
+
+def hear_interrupts():
+    """A shell starts what runs in the background deaf to SIGINT, which Snakemake stops by."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+def run_jobs(arguments, plan, output):
+    """Runs Snakemake, showing progress; returns its exit code and whether it was interrupted."""
+    words = snakemake_words(arguments, plan, output)
+    log_path = os.path.join(output, "snakemake.log")
+    view = watch.Watch(plan, max(1, arguments.jobs))
+    with open(log_path, "w", encoding="utf-8") as log:
+        try:
+            process = subprocess.Popen(words, stdout=log, stderr=subprocess.STDOUT,
+                                       start_new_session=True, preexec_fn=hear_interrupts)
+        except FileNotFoundError as error:
+            raise RunError(FAILED, "snakemake: is not installed; run scripts/setup, or install the "
+                                   "package snakemake") from error
+        interrupted = False
+        while True:
+            try:
+                code = process.wait(timeout=1.0)
+                break
+            except subprocess.TimeoutExpired:
+                view.show(arguments.no_progress)
+            except KeyboardInterrupt:
+                interrupted = True
+                os.killpg(process.pid, signal.SIGINT)
+        view.finish()
+    return code, interrupted
+
+
+def failures(plan):
+    """Every job that did not succeed, in order: (tile, stage, message)."""
+    listed = []
+    for stage, tile in stages.jobs(plan):
+        record = stages.read_outcome(plan, stage, tile)
+        if record is None:
+            listed.append((tile, stage, "did not end"))
+        elif record["status"] == "failed":
+            listed.append((tile, stage, record["message"]))
+    return listed
+
+
+def say(text):
+    print(f"cornice-run: {text}", file=sys.stderr, flush=True)
+
+
+def tell_end(plan, failed, code, log_path):
+    for name, problem in plan["unusable"].items():
+        say(f"error: {name}: {problem}")
+    shown = [entry for entry in failed if entry[2] != "did not end"]
+    for tile, stage, message in shown:
+        name = plan["tiles"][tile]["path"] if tile in plan["tiles"] else "the survey"
+        say(f"error: {name}: {stage}: {message} "
+            f"(log: {stages.path(plan, 'logs', stage, tile + '.log')})")
+    if code != 0 and not shown:
+        say(f"error: the workflow ended early, see {log_path}")
+
+
+def dry_run(arguments, plan, output):
+    words = snakemake_words(arguments, plan, output) + ["--dry-run", "--quiet"]
+    stale = stale_records(plan)
+    if stale:
+        words += ["--forcerun"] + stale
+    done = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                          check=False)
+    if done.returncode != 0:
+        raise RunError(FAILED, done.stdout.strip().splitlines()[-1])
+    print(f"{len(plan['tiles'])} tiles, "
+          f"{sum(entry['points'] for entry in plan['tiles'].values()):,} points, {plan['crs']}")
+    for name, problem in plan["unusable"].items():
+        print(f"left out: {name}: {problem}")
+    print(done.stdout.strip().removeprefix("Building DAG of jobs...").strip() or "nothing to do")
+
+
+def locked(output):
+    """Holds the output folder for this run; the lock goes with the process, however that ends."""
+    lock = open(os.path.join(output, ".lock"), "w", encoding="utf-8")
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        raise RunError(FAILED, f"{output}: another cornice run works there") from error
+    return lock
+
+
+def run(arguments):
+    config = configuration.read(arguments.config, os.path.join(share_folder(),
+                                                               "config.schema.json"))
+    patterns = [os.path.abspath(name) for name in arguments.tiles] or config.get("tiles", [])
+    if not patterns:
+        raise RunError(USAGE, f"{arguments.config}: tiles: is missing; say it there or behind the "
+                              "configuration")
+    files = configuration.tile_files(arguments.config, patterns)
+    folder = os.path.dirname(os.path.abspath(arguments.config))
+    output = os.path.abspath(arguments.output or os.path.join(folder, config.get("output", "")))
+    if not arguments.output and not config.get("output"):
+        raise RunError(USAGE, f"{arguments.config}: output: is missing; say it there or by -o")
+    os.makedirs(output, exist_ok=True)
+    lock = locked(output)
+    plan = make_plan(arguments, config, files, output)
+    if arguments.dry_run:
+        dry_run(arguments, plan, output)
+        return DONE
+    for record in stale_records(plan):
+        os.remove(record)
+    code, interrupted = run_jobs(arguments, plan, output)
+    failed = failures(plan)
+    if interrupted:
+        say("stopped; the same command goes on from here")
+        return 128 + signal.SIGINT
+    tell_end(plan, failed, code, os.path.join(output, "snakemake.log"))
+    page = report.write(plan, failed)
+    say(f"report: {page}")
+    if arguments.until == "stitch" and stages.has_succeeded(plan, "stitch", stages.SURVEY):
+        say(f"mesh: {stages.mesh_folder(plan)}")
+    lock.close()
+    return FAILED if code != 0 or failed or plan["unusable"] else DONE
+
+
+def parse(words):
+    parser = argparse.ArgumentParser(prog="cornice-run", description=__doc__,
+                                     epilog="A run that was stopped, or had failures, goes on where "
+                                            "it was: give the same command again.")
+    parser.add_argument("config", metavar="CONFIG", help="YAML file, see config/")
+    parser.add_argument("tiles", nargs="*", metavar="TILE",
+                        help="instead of the configuration's: files, folders, patterns")
+    parser.add_argument("-o", "--output", metavar="FOLDER", help="instead of the configuration's")
+    parser.add_argument("-n", "--dry-run", action="store_true", help="says what would be done")
+    parser.add_argument("--until", choices=stages.STAGES, default="stitch", metavar="STAGE",
+                        help="last stage to run: " + ", ".join(stages.STAGES))
+    parser.add_argument("--profile", default="local", metavar="NAME",
+                        help="local, slurm, or the folder of a Snakemake profile (default local)")
+    parser.add_argument("--jobs", type=int, default=0, metavar="N",
+                        help="jobs at once (default: 1 here, the profile's elsewhere)")
+    parser.add_argument("--threads", type=int, default=0, metavar="N",
+                        help="of each job (default: all cores shared by the jobs)")
+    parser.add_argument("--memory", type=float, default=0, metavar="GiB",
+                        help="that jobs at once may use here (default: the machine's)")
+    parser.add_argument("--stop-at-first-failure", action="store_true",
+                        help="stops instead of going on with the other tiles")
+    parser.add_argument("--no-progress", action="store_true", help="shows no progress")
+    parser.add_argument("--version", action="store_true", help="shows the version")
+    parser.add_argument("--programs", default=os.path.dirname(os.path.realpath(sys.argv[0])),
+                        help=argparse.SUPPRESS)
+    if "--version" in words:
+        known, _ = parser.parse_known_args(words + ["-"])
+        print(program_version(known.programs).replace("cornice-index", "cornice-run"))
+        sys.exit(DONE)
+    arguments = parser.parse_args(words)
+    built_in = os.path.join(ROOT, "profiles", arguments.profile)
+    arguments.is_local = arguments.profile == "local"
+    if os.path.isdir(built_in):
+        arguments.profile = built_in
+    elif not os.path.isdir(arguments.profile):
+        raise RunError(USAGE, f"--profile: {arguments.profile}: is neither local, slurm nor a folder")
+    return arguments
+
+
+def raise_interrupt(_signal, _frame):
+    raise KeyboardInterrupt
+
+
+def main():
+    signal.signal(signal.SIGTERM, raise_interrupt)
+    try:
+        return run(parse(sys.argv[1:]))
+    except configuration.ConfigError as error:
+        say(f"error: {error}")
+        return USAGE
+    except RunError as error:
+        say(f"error: {error}")
+        return error.code
+    except KeyboardInterrupt:
+        return 128 + signal.SIGINT
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,244 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The stages of a survey: what each one needs, runs and leaves behind.
+
+This is the one place that knows command lines and file names; the Snakefile knows the order of jobs
+only. A job is a stage and a tile, or a stage and the survey (tile "survey").
+"""
+
+import dataclasses
+import json
+import os
+from typing import Callable
+
+SURVEY = "survey"
+
+
+@dataclasses.dataclass(frozen=True)
+class Stage:
+    """One kind of job."""
+
+    name: str
+    per_tile: bool
+    # (stage, scope): "own" the same tile's job, "around" also its neighbours', "all" every tile's,
+    # "survey" the survey's one. All of them must have ended; "own" and "survey" must have succeeded.
+    needs: tuple
+    command: Callable  # (plan, tile) -> list of words, without threads, memory and report
+    outputs: Callable  # (plan, tile) -> paths that the job leaves
+    bytes_per_point: int  # peak memory, measured; for the scheduler
+    seconds_per_million: float  # points, on one core; a first guess for the time left
+
+
+def path(plan, *parts):
+    return os.path.join(plan["output"], *parts)
+
+
+def outcome_path(plan, stage, tile):
+    return path(plan, "state", stage, tile + ".json")
+
+
+def read_outcome(plan, stage, tile):
+    """What became of a job: a dict with "status", or None where it has not ended."""
+    try:
+        with open(outcome_path(plan, stage, tile), encoding="utf-8") as file:
+            return json.load(file)
+    except FileNotFoundError:
+        return None
+
+
+def has_succeeded(plan, stage, tile):
+    outcome = read_outcome(plan, stage, tile)
+    return outcome is not None and outcome["status"] == "done"
+
+
+def flags(plan, section, skip=()):
+    """A section of the configuration as words of a command line."""
+    words = []
+    for key, value in plan["config"].get(section, {}).items():
+        if key in skip:
+            continue
+        if isinstance(value, bool):
+            words.append(f"--{key}" if value else f"--no-{key}")
+        elif isinstance(value, list):
+            words += [f"--{key}", ",".join(str(entry) for entry in value)]
+        else:
+            words += [f"--{key}", str(value)]
+    return words
+
+
+def crs_flags(plan):
+    crs = plan["config"].get("crs", "")
+    return ["--crs", crs] if crs else []
+
+
+def tile_path(plan, tile):
+    return plan["tiles"][tile]["path"]
+
+
+def box_text(plan, tile):
+    return ",".join(repr(edge) for edge in plan["tiles"][tile]["box"])
+
+
+def readable_around(plan, stage, tile):
+    """Neighbours whose job of `stage` has succeeded, in the order of their names."""
+    return [name for name in plan["tiles"][tile]["neighbours"] if has_succeeded(plan, stage, name)]
+
+
+def readable(plan, stage):
+    return [name for name in plan["tiles"] if has_succeeded(plan, stage, name)]
+
+
+# Names of files ----------------------------------------------------------------------------------
+
+
+def lines_path(plan):
+    return path(plan, "lines.gpkg")
+
+
+def points_path(plan, tile):
+    return path(plan, "points", tile + ".ply")
+
+
+def field_path(plan, tile):
+    return path(plan, "field", tile + ".field")
+
+
+def band_path(plan, tile):
+    return path(plan, "field", tile + ".band")
+
+
+def surface_path(plan, tile):
+    return path(plan, "surface", tile + ".ply")
+
+
+def trimmed_path(plan, tile):
+    return path(plan, "trimmed", tile + ".ply")
+
+
+def remeshed_path(plan, tile):
+    return path(plan, "remeshed", tile + ".ply")
+
+
+def mesh_folder(plan):
+    return path(plan, "mesh")
+
+
+# Commands ----------------------------------------------------------------------------------------
+
+
+def info_command(plan, tile):
+    return ["cornice-info", tile_path(plan, tile), "--json"] + crs_flags(plan)
+
+
+def flightlines_command(plan, _):
+    tiles = [tile_path(plan, name) for name in readable(plan, "info")]
+    return (["cornice-flightlines"] + tiles + ["-o", lines_path(plan)] + crs_flags(plan) +
+            flags(plan, "flightlines"))
+
+
+def normals_command(plan, tile):
+    around = [tile_path(plan, name) for name in readable_around(plan, "info", tile)]
+    words = ["cornice-normals", tile_path(plan, tile), "--flightlines", lines_path(plan),
+             "-o", points_path(plan, tile), "--keep-halo", "--halo-m", str(plan["halo_m"])]
+    if around:
+        words += ["--neighbours"] + around
+    if plan["class_rules"]:
+        words += ["--config", plan["class_rules"]]
+    elif plan["config"].get("product", "auto") != "auto":
+        words += ["--product", plan["config"]["product"]]
+    return words + crs_flags(plan) + flags(plan, "normals", skip=("noise", "classes"))
+
+
+def solve_command(plan, tile):
+    return (["cornice-poisson", "solve", points_path(plan, tile), "-o", field_path(plan, tile),
+             "--tile", box_text(plan, tile), "--step-m", str(plan["step_m"])] +
+            flags(plan, "poisson"))
+
+
+def extract_command(plan, tile):
+    around = [band_path(plan, name) for name in readable_around(plan, "solve", tile)]
+    words = ["cornice-poisson", "extract", field_path(plan, tile), "--points",
+             points_path(plan, tile), "-o", surface_path(plan, tile)]
+    return words + (["--neighbours"] + around if around else [])
+
+
+def trim_command(plan, tile):
+    return (["cornice-trim", surface_path(plan, tile), "-o", trimmed_path(plan, tile)] +
+            flags(plan, "trim"))
+
+
+def remesh_command(plan, tile):
+    return (["cornice-remesh", trimmed_path(plan, tile), "-o", remeshed_path(plan, tile)] +
+            flags(plan, "remesh"))
+
+
+def stitch_command(plan, _):
+    tiles = [remeshed_path(plan, name) for name in readable(plan, "remesh")]
+    return ["cornice-stitch"] + tiles + ["-o", mesh_folder(plan)] + flags(plan, "stitch")
+
+
+STAGES = {stage.name: stage for stage in (
+    Stage("info", True, (), info_command, lambda plan, tile: [], 60, 1.5),
+    Stage("flightlines", False, (("info", "all"),), flightlines_command,
+          lambda plan, tile: [lines_path(plan)], 4, 1.0),
+    Stage("normals", True, (("info", "own"), ("info", "around"), ("flightlines", "survey")),
+          normals_command, lambda plan, tile: [points_path(plan, tile)], 130, 3.0),
+    Stage("solve", True, (("normals", "own"),), solve_command,
+          lambda plan, tile: [field_path(plan, tile), band_path(plan, tile)], 320, 3.0),
+    Stage("extract", True, (("solve", "own"), ("solve", "around")), extract_command,
+          lambda plan, tile: [surface_path(plan, tile)], 200, 1.0),
+    Stage("trim", True, (("extract", "own"),), trim_command,
+          lambda plan, tile: [trimmed_path(plan, tile)], 150, 0.5),
+    Stage("remesh", True, (("trim", "own"),), remesh_command,
+          lambda plan, tile: [remeshed_path(plan, tile)], 200, 3.0),
+    Stage("stitch", False, (("remesh", "all"),), stitch_command,
+          lambda plan, tile: [mesh_folder(plan)], 10, 0.5),
+)}
+
+
+def jobs(plan):
+    """Every job up to plan["until"], in the order of the stages: (stage, tile)."""
+    listed = []
+    for stage in STAGES.values():
+        names = plan["tiles"] if stage.per_tile else [SURVEY]
+        listed += [(stage.name, name) for name in names]
+        if stage.name == plan["until"]:
+            break
+    return listed
+
+
+def upstream(plan, stage, tile):
+    """The jobs that must have ended before: (stage, tile, must have succeeded)."""
+    listed = []
+    for name, scope in STAGES[stage].needs:
+        if scope == "own":
+            listed.append((name, tile, True))
+        elif scope == "around":
+            listed += [(name, other, False) for other in plan["tiles"][tile]["neighbours"]]
+        elif scope == "all":
+            listed += [(name, other, False) for other in plan["tiles"]]
+        else:
+            listed.append((name, SURVEY, True))
+    return listed
+
+
+def points_of(plan, tile):
+    """Points that a job works on, its halo included for tiles."""
+    if tile == SURVEY:
+        return max((entry["points"] for entry in plan["tiles"].values()), default=0)
+    entry = plan["tiles"][tile]
+    west, south, east, north = entry["box"]
+    halo = 2.0 * plan["halo_m"]
+    grown = (1.0 + halo / max(east - west, 1.0)) * (1.0 + halo / max(north - south, 1.0))
+    return int(entry["points"] * min(grown, 1.0 + len(entry["neighbours"])))
+
+
+def memory_mb(plan, stage, tile):
+    return 300 + int(STAGES[stage].bytes_per_point * points_of(plan, tile) / 2**20)
+
+
+def runtime_minutes(plan, stage, tile):
+    """A generous limit for a scheduler: ten times the expected time and ten minutes."""
+    count = points_of(plan, tile)
+    if tile == SURVEY:
+        count = sum(entry["points"] for entry in plan["tiles"].values())
+    return 10 + int(STAGES[stage].seconds_per_million * count / 1e6 / 6.0)

@@ -1,0 +1,7 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+foreach(subject configuration report run)
+  add_test(NAME pipeline.${subject}
+           COMMAND /usr/bin/python3 -B
+                   "${PROJECT_SOURCE_DIR}/tests/unit/pipeline/${subject}_test.py")
+  set_tests_properties(pipeline.${subject} PROPERTIES TIMEOUT 900)
+endforeach()

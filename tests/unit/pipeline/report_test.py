@@ -1,0 +1,120 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The report of a survey: it says what the stages said, and needs nothing beside it."""
+
+import base64
+import html.parser
+import json
+import os
+import pathlib
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+sys.path.insert(0, str(ROOT / "pipeline" / "scripts"))
+import report  # noqa: E402
+import stages  # noqa: E402
+
+PNG = base64.b64decode("iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGA"
+                       "WjR9awAAAABJRU5ErkJggg==")
+
+
+def stage_report(**changes):
+    return {
+        "tool": "cornice-info", "seconds": 2.5, "peak_memory_bytes": 3 * 2**20,
+        "parameters": {"neighbours": 16}, "counts": {"points": 20400000}, "quality": {},
+        "machine": {"cpu": "a processor", "cores": 2, "memory_bytes": 2**33, "os": "an os"},
+        "steps": [{"name": "read", "seconds": 0.5}], "warnings": [], **changes}
+
+
+class Links(html.parser.HTMLParser):
+    """Collects where a page points to, and checks that its elements are closed in order."""
+
+    EMPTY = {"meta", "img"}
+
+    def __init__(self):
+        super().__init__()
+        self.targets, self.open, self.text = [], [], ""
+
+    def handle_starttag(self, tag, attrs):
+        self.targets += [value for name, value in attrs if name in ("src", "href")]
+        if tag not in self.EMPTY:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag, f"{tag} closes out of order"
+
+    def handle_data(self, data):
+        self.text += data
+
+
+class Report(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        # A picture program that draws one pixel, whatever is asked for.
+        programs = self.folder / "programs"
+        programs.mkdir()
+        (self.folder / "pixel.png").write_bytes(PNG)
+        picture = programs / "cornice-picture"
+        picture.write_text("#!/bin/sh\nwhile [ \"$1\" != -o ]; do shift; done\n"
+                           f"cp '{self.folder}/pixel.png' \"$2\"\n", encoding="utf-8")
+        picture.chmod(0o755)
+        tile = {"path": "a&b.laz", "points": 1000, "bytes": 1, "box": [0, 0, 100, 100],
+                "neighbours": []}
+        self.plan = {"output": str(self.folder), "programs": str(programs), "until": "info",
+                     "tiles": {"a": tile, "b": dict(tile, path="b.laz")}, "unusable": {},
+                     "warnings": [], "crs": "EPSG:2154", "version": "cornice 1.2.3",
+                     "config": {"title": "A & B"}}
+
+    def finish(self, tile, content, status="done"):
+        for target, value in ((stages.outcome_path(self.plan, "info", tile),
+                               {"status": status, "message": ""}),
+                              (stages.path(self.plan, "reports", "info", tile + ".json"), content)):
+            os.makedirs(os.path.dirname(target), exist_ok=True)
+            pathlib.Path(target).write_text(json.dumps(value), encoding="utf-8")
+
+    def page(self, failed=()):
+        parser = Links()
+        with open(report.write(self.plan, list(failed)), encoding="utf-8") as file:
+            parser.feed(file.read())
+        parser.close()
+        self.assertEqual(parser.open, [])
+        return parser
+
+    def test_sums_up_what_the_jobs_reported(self):
+        self.finish("a", stage_report())
+        self.finish("b", stage_report(seconds=4.0))
+        text = self.page().text
+        for wanted in ("A & B", "2 tiles", "6.5", "3.0 MiB", "40,800,000", "a processor", "EPSG:2154"):
+            self.assertIn(wanted, text)
+
+    def test_holds_its_pictures(self):
+        self.finish("a", stage_report())
+        targets = self.page().targets
+        self.assertEqual(set(targets), {"data:image/png;base64," + base64.b64encode(PNG).decode()})
+
+    def test_says_so_where_a_picture_could_not_be_drawn(self):
+        self.finish("a", stage_report())
+        os.remove(os.path.join(self.plan["programs"], "cornice-picture"))
+        with open(os.path.join(self.plan["programs"], "cornice-picture"), "w",
+                  encoding="utf-8") as program:
+            program.write("#!/bin/sh\nexit 1\n")
+        os.chmod(os.path.join(self.plan["programs"], "cornice-picture"), 0o755)
+        page = self.page()
+        self.assertEqual(page.targets, [])
+        self.assertIn("could not be drawn", page.text)
+
+    def test_shows_warnings_and_failures_as_text(self):
+        self.finish("a", stage_report(warnings=["<b>1 & 2</b>"]))
+        self.plan["unusable"] = {"c.laz": "is <empty>"}
+        text = self.page([("b", "info", "<i>no</i>")]).text
+        for wanted in ("<b>1 & 2</b>", "c.laz: is <empty>", "b.laz: info: <i>no</i>",
+                       "What is not whole (2)"):
+            self.assertIn(wanted, text)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,188 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How a survey's run goes on, stops and resumes. Programs are stood in for; Snakemake is real."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(HERE)))
+RUN = os.path.join(ROOT, "pipeline", "scripts", "run.py")
+PROGRAMS = ("index", "info", "flightlines", "normals", "poisson", "trim", "remesh", "stitch",
+            "picture")
+
+
+class Survey(unittest.TestCase):
+    """Three tiles in a row: a, b, c."""
+
+    def setUp(self):
+        self.folder = tempfile.mkdtemp()
+        self.addCleanup(shutil.rmtree, self.folder)
+        programs = os.path.join(self.folder, "programs")
+        os.makedirs(programs)
+        for name in PROGRAMS:
+            os.symlink(os.path.join(HERE, "fake_program.py"),
+                       os.path.join(programs, "cornice-" + name))
+        self.runs = os.path.join(self.folder, "runs")
+        self.words = [sys.executable, "-B", RUN, "--programs", programs,
+                      os.path.join(self.folder, "survey.yaml")]
+        for name in "abc":
+            self.write(name + ".laz", "")
+        self.configure("")
+
+    def write(self, name, text):
+        with open(os.path.join(self.folder, name), "w", encoding="utf-8") as file:
+            file.write(text)
+
+    def configure(self, more):
+        self.write("survey.yaml", f"tiles: ['*.laz']\noutput: out\n{more}")
+
+    def start(self, *more):
+        self.write("runs", "")
+        return subprocess.Popen(self.words + list(more), text=True, stdout=subprocess.PIPE,
+                                stderr=subprocess.PIPE, env={**os.environ, "RUNS": self.runs})
+
+    def run_it(self, *more):
+        """(exit code, messages, jobs that ran)"""
+        process = self.start(*more)
+        out, err = process.communicate(timeout=800)
+        with open(self.runs, encoding="utf-8") as file:
+            jobs = [line.strip() for line in file if not line.startswith("picture")]
+        return process.returncode, out + err, jobs
+
+    def result(self, *parts):
+        with open(os.path.join(self.folder, "out", *parts), encoding="utf-8") as file:
+            return file.read()
+
+    def test_runs_every_job_once_and_then_nothing(self):
+        code, text, jobs = self.run_it()
+        self.assertEqual(code, 0, text)
+        self.assertEqual(len(jobs), 6 * 3 + 2)
+        self.assertEqual(len(set(jobs)), len(jobs))
+        self.assertIn("report: ", text)
+        self.assertIn("What ran", self.result("report.html"))
+        self.assertEqual(self.run_it()[2], [])
+        code, text, jobs = self.run_it("--dry-run")
+        self.assertEqual((code, jobs), (0, []))
+        self.assertIn("Nothing to be done", text)
+
+    def test_a_changed_parameter_redoes_its_stage_and_what_follows(self):
+        self.run_it()
+        self.configure("trim: {bridge-m: 7}\n")
+        _, _, jobs = self.run_it()
+        self.assertEqual({job.split()[0] for job in jobs}, {"trim", "remesh", "stitch"})
+
+    def test_a_changed_tile_redoes_itself_and_its_neighbourhood(self):
+        self.run_it()
+        time.sleep(1.1)
+        self.write("a.laz", "changed")
+        _, _, jobs = self.run_it()
+        self.assertIn("info a", jobs)
+        self.assertNotIn("info b", jobs)
+        self.assertIn("normals b", jobs)
+
+    def test_a_lost_file_is_made_again(self):
+        self.run_it()
+        os.remove(os.path.join(self.folder, "out", "trimmed", "b.ply"))
+        _, _, jobs = self.run_it()
+        self.assertEqual(jobs, ["trim b", "remesh b", "stitch a"])
+
+    def test_one_bad_tile_does_not_stop_the_others(self):
+        self.write("b.laz", "fail normals")
+        code, text, jobs = self.run_it()
+        self.assertEqual(code, 1)
+        self.assertIn("b.laz: normals: ", text)
+        self.assertIn("is bad as told", text)
+        self.assertEqual(text.count("error: "), 1, text)
+        self.assertNotIn("solve b", jobs)
+        self.assertIn("stitch a", jobs)
+        self.assertEqual(sorted(os.listdir(os.path.join(self.folder, "out", "mesh"))),
+                         ["a.ply", "c.ply"])
+        self.assertIn("is bad as told", self.result("report.html"))
+
+    def test_a_mended_tile_joins_the_others_without_redoing_what_is_right(self):
+        self.write("b.laz", "fail extract")
+        self.run_it()
+        time.sleep(1.1)
+        # The wish travels with the points, so the tile itself has to change.
+        self.write("b.laz", "")
+        code, text, jobs = self.run_it()
+        self.assertEqual(code, 0, text)
+        self.assertIn("extract b", jobs)
+        self.assertNotIn("info a", jobs)
+        self.assertEqual(len(os.listdir(os.path.join(self.folder, "out", "mesh"))), 3)
+
+    def test_a_tile_that_cannot_be_opened_is_left_out_and_named(self):
+        self.write("b.laz", "unusable")
+        code, text, jobs = self.run_it()
+        self.assertEqual(code, 1)
+        self.assertIn("b.laz: is unusable", text)
+        self.assertNotIn("info b", jobs)
+        self.assertIn("stitch a", jobs)
+
+    def test_a_killed_program_is_a_failure_with_its_reason(self):
+        self.write("c.laz", "kill trim")
+        code, text, _ = self.run_it()
+        self.assertEqual(code, 1)
+        self.assertIn("c.laz: trim: was killed (signal 9)", text)
+
+    def test_stops_at_the_first_failure_where_asked(self):
+        for name in "abc":
+            self.write(name + ".laz", "fail normals")
+        code, text, jobs = self.run_it("--stop-at-first-failure")
+        self.assertEqual(code, 1)
+        self.assertEqual(len([job for job in jobs if job.startswith("normals")]), 1, text)
+
+    def test_resumes_after_an_interruption(self):
+        self.write("c.laz", "sleep extract")
+        process = self.start()
+        for _ in range(300):
+            time.sleep(0.2)
+            with open(self.runs, encoding="utf-8") as file:
+                if "extract c" in file.read():
+                    break
+        process.send_signal(signal.SIGTERM)
+        _, err = process.communicate(timeout=300)
+        self.assertEqual(process.returncode, 130, err)
+        self.assertIn("goes on from here", err)
+        time.sleep(1.1)
+        self.write("c.laz", "")
+        code, text, jobs = self.run_it()
+        self.assertEqual(code, 0, text)
+        self.assertNotIn("info a", jobs)
+        self.assertIn("extract c", jobs)
+
+    def test_refuses_a_second_run_in_the_same_folder(self):
+        self.write("a.laz", "sleep info")
+        process = self.start()
+        try:
+            for _ in range(300):
+                time.sleep(0.2)
+                if os.path.getsize(self.runs):
+                    break
+            code, text, _ = self.run_it()
+            self.assertEqual(code, 1)
+            self.assertIn("another cornice run works there", text)
+        finally:
+            process.send_signal(signal.SIGTERM)
+            process.communicate(timeout=300)
+
+    def test_ends_where_it_is_told_to(self):
+        _, _, jobs = self.run_it("--until", "normals")
+        self.assertEqual({job.split()[0] for job in jobs}, {"info", "flightlines", "normals"})
+
+    def test_says_what_is_missing(self):
+        self.write("survey.yaml", "output: out\n")
+        code, text, _ = self.run_it()
+        self.assertEqual(code, 2)
+        self.assertIn("tiles: is missing", text)
+
+
+if __name__ == "__main__":
+    unittest.main()
