@@ -79,8 +79,8 @@ TEST(Extract, TheWeldRemovesSlivers) {
   const Surface welded = extract(field, window_options(window, 2, ExtractOptions{}.weld));
   const QualityReport before =
       measure_quality(plain.positions, plain.triangles, 1, inside(plain, 50.0f));
-  const QualityReport after = measure_quality(welded.mesh.positions, welded.mesh.triangles, 1,
-                                              inside(welded.mesh, 50.0f));
+  const QualityReport after =
+      measure_quality(welded.mesh.positions, welded.mesh.triangles, 1, inside(welded.mesh, 50.0f));
   EXPECT_GT(welded.welded, 0u);
   EXPECT_LT(after.triangles, before.triangles * 4 / 5);
   EXPECT_LT(before.share_min_angle_20(), 0.9);
