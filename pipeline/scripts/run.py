@@ -98,7 +98,7 @@ def make_plan(arguments, config, files, output):
     plan = {
         "output": output,
         "programs": os.path.abspath(arguments.programs),
-        "version": program_version(arguments.programs),
+        "version": program_version(arguments.programs).replace("cornice-index", "cornice"),
         "config": config,
         "class_rules": write_class_rules(config, output),
         "crs": survey["crs"],
