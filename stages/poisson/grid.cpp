@@ -131,7 +131,7 @@ void prolong(Grid& grid, std::span<const LevelView> coarser, int threads) {
   levels.insert(levels.end(), coarser.begin(), coarser.end());
   parallel_for(grid.bricks.size(), kBricksAtATime, threads,
                [&](std::size_t begin, std::size_t end) {
-                 std::array<float, kClosedBrickNodes> closed;
+                 std::array<float, kClosedBrickNodes> closed{};
                  for (std::size_t b = begin; b < end; ++b) {
                    const bool covered = read_closed_brick(levels, grid.bricks[b], closed);
                    assert(covered && "the coarsest level covers the domain with a margin");

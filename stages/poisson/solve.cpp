@@ -75,13 +75,16 @@ class Steps {
   SolveReport& report_;
 };
 
-/// Box of bricks of level kFirstWhole around all finer levels, with room for their far faces.
-BrickBox whole_box(const Box3d& domain, double step_m) {
-  const double brick = step_m * std::ldexp(kBrickSide, kFirstWhole);
-  const double margin = 4.0 * step_m * std::ldexp(1.0, kFirstWhole);
-  const auto down = [&](double c) { return static_cast<std::int32_t>(std::floor(c / brick)); };
-  return {{down(domain.min.x - margin), down(domain.min.y - margin), down(domain.min.z - margin)},
-          {down(domain.max.x + margin), down(domain.max.y + margin), down(domain.max.z + margin)}};
+/// Box of bricks of level kFirstWhole around all finer levels: their bricks reach less than one
+/// brick beyond the samples', and the far faces of that one belong to the next.
+BrickBox whole_box(const SampleLevel& samples) {
+  BrickBox box{samples.bricks.front(), samples.bricks.front()};
+  for (const BrickKey b : samples.bricks) {
+    box.first = {std::min(box.first.x, b.x), std::min(box.first.y, b.y),
+                 std::min(box.first.z, b.z)};
+    box.last = {std::max(box.last.x, b.x), std::max(box.last.y, b.y), std::max(box.last.z, b.z)};
+  }
+  return {shifted(box.first, -1, -1, -1), shifted(box.last, 2, 2, 2)};
 }
 
 /// The next coarser box, with room for the far faces of this one.
@@ -94,26 +97,15 @@ int widest(const BrickBox& box) {
          std::max({box.last.x - box.first.x, box.last.y - box.first.y, box.last.z - box.first.z});
 }
 
-/// Boxes of the whole levels, finest first.
-std::vector<BrickBox> whole_boxes(const Box3d& domain, double step_m) {
-  std::vector<BrickBox> boxes{whole_box(domain, step_m)};
+/// Boxes of the whole levels, finest first, from the samples of the first.
+std::vector<BrickBox> whole_boxes(const SampleLevel& samples) {
+  std::vector<BrickBox> boxes{whole_box(samples)};
   while (widest(boxes.back()) > kCoarsestBricks) {
     const BrickBox next = coarser(boxes.back());
     if (widest(next) == widest(boxes.back())) break;
     boxes.push_back(next);
   }
   return boxes;
-}
-
-/// The smallest box around all samples' bricks: what lies outside needs no grid.
-Box3d bounds(const SampleLevel& samples, double step_m) {
-  Box3d box;
-  for (const BrickKey b : samples.bricks) {
-    const double side = step_m * kBrickSide;
-    box.add({side * b.x, side * b.y, side * b.z});
-    box.add({side * (b.x + 1), side * (b.y + 1), side * (b.z + 1)});
-  }
-  return box;
 }
 
 std::vector<Grid> make_grids(const std::vector<SampleLevel>& samples,
@@ -217,8 +209,11 @@ Solution solve_poisson(const OrientedPoints& points, const Box3d& domain,
                              std::to_string(points.positions.size()) + " points " +
                              left_out_text(report));
 
-  const std::vector<BrickBox> whole = whole_boxes(bounds(samples[0], step_m), step_m);
+  std::vector<BrickBox> whole;
   step("estimating density", [&] {
+    while (samples.size() <= kFirstWhole)
+      samples.push_back(coarser_samples(samples.back(), threads));
+    whole = whole_boxes(samples.back());
     while (samples.size() < kFirstWhole + whole.size())
       samples.push_back(coarser_samples(samples.back(), threads));
     estimate_density(samples, options.points_per_cell, threads);
