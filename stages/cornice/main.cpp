@@ -28,13 +28,14 @@ struct StageLine {
 };
 
 // In the order in which data passes through them.
-constexpr std::array<StageLine, 6> kStages{{
+constexpr std::array<StageLine, 7> kStages{{
     {"run", "takes a survey through every stage, by a configuration"},
     {"simulate", "flies a scanner over an analytic scene: LAZ tiles and their truth"},
     {"info", "says what is in a LAS, LAZ, COPC, PLY or GeoTIFF file"},
     {"index", "lays out the tiles of a survey from their headers"},
     {"flightlines", "splits tiles into flight lines and finds the sensor's path"},
     {"normals", "estimates normals that point out of the ground"},
+    {"poisson", "reconstructs the surface of a tile, to meet its neighbours'"},
 }};
 
 bool is_stage(const std::string& name) {
