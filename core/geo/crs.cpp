@@ -268,6 +268,15 @@ bool has_key(const std::vector<unsigned char>& keys, std::uint16_t wanted) {
   return false;
 }
 
+/// EPSG's code of a vertical system that a file names by GeoTIFF 1.0's list (section 6.3.4.1),
+/// whose codes 5101 to 5106 are those of the datums in EPSG; other codes as they are.
+std::uint16_t vertical_system(std::uint16_t code, std::uint16_t unit) {
+  constexpr std::uint16_t kNavd88 = 5103, kFoot = 9002, kSurveyFoot = 9003;
+  if (code == kNavd88 && unit == kFoot) return 8228;
+  if (code == kNavd88 && unit == kSurveyFoot) return 6360;
+  return code >= 5101 && code <= 5106 ? static_cast<std::uint16_t>(code + 600) : code;
+}
+
 /// The keys in order and each once, without empty ones and without what runs past the record: GDAL
 /// refuses a whole directory for any of these, which real writers leave.
 std::vector<unsigned char> repaired_keys(const std::vector<unsigned char>& keys) {
@@ -284,6 +293,9 @@ std::vector<unsigned char> repaired_keys(const std::vector<unsigned char>& keys)
   put16(repaired, static_cast<std::uint32_t>(places.size()));
   for (const auto& [key, at] : places) {
     for (std::size_t i = 0; i < 8; ++i) repaired.push_back(keys[at + i]);
+    if (key != kVerticalTypeKey || get16(&keys[at + 2]) != 0) continue;
+    repaired.resize(repaired.size() - 2);
+    put16(repaired, vertical_system(get16(&keys[at + 6]), short_key(keys, kVerticalUnitsKey)));
   }
   return repaired;
 }

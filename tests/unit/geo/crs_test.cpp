@@ -158,6 +158,19 @@ TEST(CrsFromGeotiffKeys, TakesTheUnitOfHeightsFromItsKeyWhereThereIsNoVerticalSy
   EXPECT_NEAR(crs->vertical_metres_per_unit, 1200.0 / 3937.0, 1e-12);
 }
 
+TEST(CrsFromGeotiffKeys, UnderstandsTheVerticalSystemsThatOldFilesNameByTheirDatums) {
+  const auto named = [](std::uint16_t system, std::uint16_t unit) {
+    const auto crs = crs_from_geotiff_keys(
+        key_record({{1024, 0, 1, 1}, {3072, 0, 1, 2903}, {4096, 0, 1, system}, {4099, 0, 1, unit}}),
+        {}, "");
+    return crs ? crs->vertical_epsg : -1;
+  };
+  EXPECT_EQ(named(5103, 9001), 5703);
+  EXPECT_EQ(named(5103, 9003), 6360);
+  EXPECT_EQ(named(5102, 9003), 5702);
+  EXPECT_EQ(named(5728, 9001), 5728);
+}
+
 TEST(CrsFromGeotiffKeys, GivesNothingForEmptyOrMeaninglessKeys) {
   testing::internal::CaptureStderr();
   EXPECT_FALSE(crs_from_geotiff_keys({}, {}, ""));
