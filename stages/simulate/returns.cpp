@@ -45,11 +45,15 @@ double reflectance(SurfaceId surface) {
 }  // namespace
 
 EchoList follow_pulse(const Scene& scene, const Ray& ray, int most_echoes, CounterRandom& random) {
-  EchoList list;
   Hit hit;
-  const bool is_hit = scene.cast(ray, hit);
   // Leaves over the edge of the scene have no ground below them and are left out with it.
-  if (!is_hit) return list;
+  if (!scene.cast(ray, hit)) return {};
+  return follow_pulse(scene, ray, hit, most_echoes, random);
+}
+
+EchoList follow_pulse(const Scene& scene, const Ray& ray, const Hit& hit, int most_echoes,
+                      CounterRandom& random) {
+  EchoList list;
   double energy = 1.0;
   CanopyPassage passage;
   if (scene.canopy(ray, hit.range_m, passage) && passage.density > 0.0) {

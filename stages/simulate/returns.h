@@ -31,6 +31,9 @@ struct EchoList {
 /// `most_echoes` (1..kMostEchoes; the last is never dropped in favour of leaves). Water swallows
 /// nearly all pulses, and a surface that is hit at a grazing angle gives nothing.
 EchoList follow_pulse(const Scene& scene, const Ray& ray, int most_echoes, CounterRandom& random);
+/// The same where `hit` is what scene.cast() says of the ray.
+EchoList follow_pulse(const Scene& scene, const Ray& ray, const Hit& hit, int most_echoes,
+                      CounterRandom& random);
 
 /// How well a scanner measures.
 struct NoiseOptions {

@@ -8,6 +8,7 @@ cornice_library(
   scene_embree.cpp
   scene_erosion.cpp
   scene_field.cpp
+  scene_field_lanes.cpp
   scene_file.cpp
   scene_mesher.cpp
   scene_noise.cpp
@@ -17,3 +18,6 @@ target_link_libraries(
   cornice_simulate_scene
   PUBLIC cornice_base cornice_io
   PRIVATE embree yaml-cpp::yaml-cpp)
+# Vectors of four doubles are passed between inlined functions alone: no binary interface to change.
+set_source_files_properties(scene_field.cpp scene_field_lanes.cpp PROPERTIES COMPILE_OPTIONS
+                                                                             -Wno-psabi)

@@ -2,10 +2,14 @@
 // Analytic scenes: a smooth implicit ground with overhangs, houses, trees and water, known exactly.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "core/base/vec.h"
 #include "core/io/raster.h"
@@ -41,6 +45,44 @@ struct CanopyPassage {
   double density = 0.0;  ///< mean returns per metre of path, 1/m
 };
 
+/// Between which heights a beam can meet anything, square by square.
+struct HeightBounds {
+  Box2d area;
+  double step_m = 1.0;
+  int columns = 0;
+  int rows = 0;
+  struct Range {
+    float low = std::numeric_limits<float>::max();
+    float high = std::numeric_limits<float>::lowest();
+  };
+  std::vector<Range> ranges;  ///< x fastest, from the south-west; empty where nothing stands
+
+  /// Square of a place, the nearest one outside the area.
+  const Range& at(double x, double y) const {
+    return ranges[index(square(x, area.min_x, columns), square(y, area.min_y, rows))];
+  }
+  /// Widens the squares within `reach_m` of a place.
+  void add(Vec3d p, double reach_m, float low, float high) {
+    const int i1 = square(p.x + reach_m, area.min_x, columns);
+    const int j1 = square(p.y + reach_m, area.min_y, rows);
+    for (int j = square(p.y - reach_m, area.min_y, rows); j <= j1; ++j) {
+      for (int i = square(p.x - reach_m, area.min_x, columns); i <= i1; ++i) {
+        Range& range = ranges[index(i, j)];
+        range.low = std::min(range.low, low);
+        range.high = std::max(range.high, high);
+      }
+    }
+  }
+
+  int square(double v, double from, int count) const {
+    return std::clamp(static_cast<int>((v - from) / step_m), 0, count - 1);
+  }
+  std::size_t index(int i, int j) const {
+    return static_cast<std::size_t>(j) * static_cast<std::size_t>(columns) +
+           static_cast<std::size_t>(i);
+  }
+};
+
 /// Parameters of a scene file (samples/scenes/*.yaml), all lengths in metres.
 struct SceneOptions {
   std::filesystem::path file;  ///< a scene YAML
@@ -62,6 +104,12 @@ class Scene {
 
   /// First surface that is not vegetation. False where the ray leaves the scene.
   virtual bool cast(const Ray& ray, Hit& hit) const = 0;
+  /// The same for many rays, fastest where neighbours go nearly the same way. All of one length;
+  /// met[i] is 1 where hits[i] was set, else 0.
+  virtual void cast_all(std::span<const Ray> rays, std::span<Hit> hits,
+                        std::span<std::uint8_t> met) const {
+    for (std::size_t i = 0; i < rays.size(); ++i) met[i] = cast(rays[i], hits[i]) ? 1 : 0;
+  }
   /// Passage through tree crowns before range max_m; false where there is none.
   virtual bool canopy(const Ray& ray, double max_m, CanopyPassage& passage) const = 0;
   /// Signed value of the ground's implicit function, positive above ground; zero on it.
@@ -69,6 +117,15 @@ class Scene {
   /// Highest ground at a place; NaN outside the extent.
   virtual double ground_height(double x, double y) const = 0;
   virtual Box3d bounds() const = 0;
+  /// Over the extent and as far around it as beams meet anything.
+  virtual HeightBounds height_bounds() const {
+    const Box3d box = bounds();
+    return {box.plan(),
+            std::max(box.max.x - box.min.x, box.max.y - box.min.y),
+            1,
+            1,
+            {{static_cast<float>(box.min.z - 1.0), static_cast<float>(box.max.z + 1.0)}}};
+  }
   virtual const std::string& name() const = 0;
 
   /// The ground as a closed-in-plan mesh at `step_m` (vertices on the analytic surface to 1e-4 m,

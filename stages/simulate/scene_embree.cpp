@@ -17,6 +17,7 @@ namespace cornice::simulate {
 struct RayMesh::Impl {
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
+  bool takes_packets = false;  ///< Embree can be built without
   std::vector<Vec3f> positions;
   std::vector<std::array<std::uint32_t, 4>> quads;
   std::vector<std::array<std::uint32_t, 3>> triangles;
@@ -25,6 +26,7 @@ struct RayMesh::Impl {
     const std::string config = "threads=" + std::to_string(thread_count(threads));
     device = rtcNewDevice(config.c_str());
     if (device == nullptr) throw RunError("embree", "cannot start on this processor");
+    takes_packets = rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY4_SUPPORTED) != 0;
     scene = rtcNewScene(device);
   }
   ~Impl() {
@@ -50,8 +52,7 @@ struct RayMesh::Impl {
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene, geometry);
     rtcReleaseGeometry(geometry);
-    rtcSetSceneFlags(scene,
-                     static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_COMPACT));
+    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
     rtcCommitScene(scene);
     const RTCError error = rtcGetDeviceError(device);
     if (error == RTC_ERROR_OUT_OF_MEMORY) {
@@ -62,6 +63,31 @@ struct RayMesh::Impl {
     }
   }
 };
+
+namespace {
+
+RayMesh::PacketHit cast_one(RTCScene scene, const RayMesh::PacketRay& ray) {
+  if (!(ray.far >= 0.0f)) return {};
+  alignas(16) RTCRayHit query{};
+  query.ray.org_x = ray.origin.x, query.ray.org_y = ray.origin.y, query.ray.org_z = ray.origin.z;
+  query.ray.dir_x = ray.direction.x, query.ray.dir_y = ray.direction.y;
+  query.ray.dir_z = ray.direction.z;
+  query.ray.tnear = 0.0f;
+  query.ray.tfar = ray.far;
+  query.ray.mask = 0xffffffffu;
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+#if RTC_VERSION_MAJOR >= 4
+  rtcIntersect1(scene, &query);
+#else
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcIntersect1(scene, &context, &query);
+#endif
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
+  return {query.ray.tfar, query.hit.primID, {query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z}};
+}
+
+}  // namespace
 
 RayMesh::RayMesh(std::vector<Vec3f> positions, std::vector<std::array<std::uint32_t, 4>> quads,
                  int threads)
@@ -82,23 +108,53 @@ RayMesh::RayMesh(std::vector<Vec3f> positions, std::vector<std::array<std::uint3
 RayMesh::~RayMesh() = default;
 
 bool RayMesh::cast(Vec3f origin, Vec3f direction, float far, Hit& hit) const {
-  alignas(16) RTCRayHit query{};
-  query.ray.org_x = origin.x, query.ray.org_y = origin.y, query.ray.org_z = origin.z;
-  query.ray.dir_x = direction.x, query.ray.dir_y = direction.y, query.ray.dir_z = direction.z;
-  query.ray.tnear = 0.0f;
-  query.ray.tfar = far;
-  query.ray.mask = 0xffffffffu;
-  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  const PacketHit met = cast_one(impl_->scene, {origin, direction, far});
+  if (met.range < 0.0f) return false;
+  hit = {met.range, met.primitive};
+  return true;
+}
+
+void RayMesh::cast(const std::array<PacketRay, kPacket>& rays,
+                   std::array<PacketHit, kPacket>& hits) const {
+  if (!impl_->takes_packets) {
+    for (std::size_t i = 0; i < kPacket; ++i) hits[i] = cast_one(impl_->scene, rays[i]);
+    return;
+  }
+  static_assert(kPacket == 16);
+  alignas(64) std::array<std::int32_t, kPacket> active;
+  alignas(64) RTCRayHit16 query;
+  for (std::size_t i = 0; i < kPacket; ++i) {
+    active[i] = rays[i].far >= 0.0f ? -1 : 0;
+    query.ray.org_x[i] = rays[i].origin.x;
+    query.ray.org_y[i] = rays[i].origin.y;
+    query.ray.org_z[i] = rays[i].origin.z;
+    query.ray.dir_x[i] = rays[i].direction.x;
+    query.ray.dir_y[i] = rays[i].direction.y;
+    query.ray.dir_z[i] = rays[i].direction.z;
+    query.ray.tnear[i] = 0.0f;
+    query.ray.tfar[i] = rays[i].far;
+    query.ray.time[i] = 0.0f;
+    query.ray.mask[i] = 0xffffffffu;
+    query.ray.flags[i] = 0;
+    query.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+  }
 #if RTC_VERSION_MAJOR >= 4
-  rtcIntersect1(impl_->scene, &query);
+  RTCIntersectArguments arguments;
+  rtcInitIntersectArguments(&arguments);
+  arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+  rtcIntersect16(active.data(), impl_->scene, &query, &arguments);
 #else
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  rtcIntersect1(impl_->scene, &context, &query);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  rtcIntersect16(active.data(), impl_->scene, &context, &query);
 #endif
-  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
-  hit = {query.ray.tfar, query.hit.primID};
-  return true;
+  for (std::size_t i = 0; i < kPacket; ++i) {
+    const bool met = active[i] != 0 && query.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
+    hits[i] = {met ? query.ray.tfar[i] : -1.0f,
+               query.hit.primID[i],
+               {query.hit.Ng_x[i], query.hit.Ng_y[i], query.hit.Ng_z[i]}};
+  }
 }
 
 }  // namespace cornice::simulate

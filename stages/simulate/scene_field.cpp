@@ -4,19 +4,11 @@
 #include <cstring>
 
 #include "core/base/random.h"
+#include "stages/simulate/scene_lanes.h"
 
 namespace cornice::simulate {
 namespace {
 
-/// Four floats in one register; the attribute is understood by g++ and clang alike.
-typedef float Float4 __attribute__((vector_size(16)));
-
-Float4 load4(const float* from) {
-  Float4 value;
-  std::memcpy(&value, from, sizeof value);
-  return value;
-}
-Float4 spread(float value) { return Float4{value, value, value, value}; }
 float sum4(Float4 v) { return (v[0] + v[1]) + (v[2] + v[3]); }
 float sum3(const std::array<float, 3>& w, Float4 v) {
   return w[0] * v[0] + w[1] * v[1] + w[2] * v[2];
@@ -304,7 +296,22 @@ double GroundField::evaluate(Vec3d p, Vec3d* gradient) const {
 template double GroundField::evaluate<false>(Vec3d p, Vec3d* gradient) const;
 template double GroundField::evaluate<true>(Vec3d p, Vec3d* gradient) const;
 
-void GroundField::index_features() {
+void GroundField::prepare() {
+  double reach = 0.0;
+  for (const RockNode& node : rock)
+    reach =
+        std::max(reach, static_cast<double>(std::hypot(node.out_x, node.out_y) *
+                                            (std::abs(node.roughness) * RoughnessVolume::kLimit +
+                                             std::abs(node.beds))));
+  const auto inside = [](const PlanLattice& lattice, double border) {
+    const double steps = border + 3.0 * lattice.step;
+    return Box2d{lattice.x0 + steps, lattice.y0 + steps, lattice.x(lattice.nx - 1) - steps,
+                 lattice.y(lattice.ny - 1) - steps};
+  };
+  // Mixed nodes can reach further than each alone; twice is more than enough.
+  const Box2d a = inside(rock_lattice, 0.0), b = inside(height.lattice, 2.0 * reach);
+  inner_ = {std::max(a.min_x, b.min_x), std::max(a.min_y, b.min_y), std::min(a.max_x, b.max_x),
+            std::min(a.max_y, b.max_y)};
   features_.clear();
   feature_area_ = {};
   for (const Lean& lean : leans) {

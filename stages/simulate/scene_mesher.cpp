@@ -189,15 +189,28 @@ class BlockSamples {
   /// Samples every stride-th point of a box of lattice points.
   void sample_points(const GroundField& field, const Lattice& lattice, std::array<int, 3> first,
                      std::array<int, 3> last, int stride) {
+    constexpr std::size_t kBatch = 128;
+    std::array<Vec3d, kBatch> places;
+    std::array<float*, kBatch> targets;
+    std::size_t count = 0;
+    const auto flush = [&] {
+      std::array<double, kBatch> values;
+      field.values(places.data(), count, values.data());
+      for (std::size_t n = 0; n < count; ++n) *targets[n] = static_cast<float>(values[n]);
+      count = 0;
+    };
     for (int j = first[1]; j <= last[1]; j += stride) {
       for (int i = first[0]; i <= last[0]; i += stride) {
         for (int k = first[2]; k <= last[2]; k += stride) {
           float& value = values_[index(i, j, k)];
           if (std::abs(value) < kFar) continue;
-          value = static_cast<float>(field.value(lattice.point(i0_ + i, j0_ + j, k0_ + k)));
+          places[count] = lattice.point(i0_ + i, j0_ + j, k0_ + k);
+          targets[count] = &value;
+          if (++count == kBatch) flush();
         }
       }
     }
+    flush();
   }
 
   /// Halves a coarse cell and samples finely the halves near the surface.

@@ -26,6 +26,15 @@ constexpr double kSteepWithin = 0.25;
 constexpr double kSettledByTwo = 1.5e-3;
 constexpr double kLeastStep = 1e-5;
 constexpr int kMostShells = 64;
+/// Flatter rays are followed step by step.
+constexpr double kFlat = -0.1;
+/// With two samples at distances a and b the interpolated range is off, across the ground, by about
+/// (a b)^2 / slope^6: this product of them over slope^3 leaves less than 1e-6 m.
+constexpr double kSettledProduct = 2.5e-4;
+constexpr int kMostRounds = 5;
+/// Where the ground is expected under the mesh, in shells: the mesh stands off it by one where it
+/// is level and by more where it curves.
+constexpr double kStandOff = 1.4;
 
 /// F on a ray.
 struct Sample {
@@ -37,6 +46,11 @@ struct Sample {
 /// the gradient there by the line through both.
 void settle_between(const Sample& first, const Sample& second, GroundHit& hit) {
   const double span = first.value - second.value;
+  if (span == 0.0) {
+    hit.range_m = second.t;
+    hit.gradient = second.gradient;
+    return;
+  }
   const double s = -second.value / span;
   const double r = 1.0 - s;
   hit.range_m = r * r * (1.0 + 2.0 * s) * second.t + s * s * (3.0 - 2.0 * s) * first.t +
@@ -62,6 +76,21 @@ bool clip_to_box(const Box3d& box, Vec3d origin, Vec3d direction, double& begin,
   return begin <= end;
 }
 
+/// Squares of 16 m; what stands in one reaches `margin_m` further.
+constexpr double kHeightsStepM = 16.0;
+
+HeightBounds heights_of(const Surface& surface, const Box2d& area, double margin_m) {
+  HeightBounds heights{area, kHeightsStepM, 0, 0, {}};
+  heights.columns = static_cast<int>(std::ceil(area.width() / kHeightsStepM));
+  heights.rows = static_cast<int>(std::ceil(area.height() / kHeightsStepM));
+  heights.ranges.resize(static_cast<std::size_t>(heights.columns) *
+                        static_cast<std::size_t>(heights.rows));
+  const auto margin = static_cast<float>(margin_m);
+  for (const Vec3f& p : surface.positions)
+    heights.add((surface.origin + p.cast<double>()), margin_m, p.z - margin, p.z + margin);
+  return heights;
+}
+
 }  // namespace
 
 GroundRays::GroundRays(const GroundField& field, const Box2d& area, double mesh_step_m, int threads)
@@ -75,6 +104,7 @@ GroundRays::GroundRays(const GroundField& field, const Box2d& area, double mesh_
   Surface surface = extract_surface(field, options);
   origin_ = surface.origin;
   for (const Vec3f& p : surface.positions) bounds_.add(origin_ + p.cast<double>());
+  heights_ = heights_of(surface, area, 4.0 * mesh_step_m);
   bounds_.min -= Vec3d{0.0, 0.0, 1.0};
   bounds_.max += Vec3d{0.0, 0.0, 1.0};
   mesh_ =
@@ -86,21 +116,26 @@ bool GroundRays::cast(Vec3d origin, Vec3d direction, double far_m, GroundHit& hi
   if (!std::isfinite(sum.x + sum.y + sum.z)) return false;  // Embree ends the program on NaN
   double t = 0.0, end = far_m;
   if (!clip_to_box(bounds_, origin, direction, t, end)) return false;
-  bool in_shell = t == 0.0 && starts_in_shell(origin);
+  return follow_from({origin, direction, far_m}, t, end, t == 0.0 && starts_in_shell(origin), hit);
+}
+
+/// From range t, which is on the guiding mesh (or within it) or before it.
+bool GroundRays::follow_from(const GroundRay& ray, double t, double end, bool is_on_mesh,
+                             GroundHit& hit) const {
   for (int shell = 0; shell < kMostShells; ++shell) {
-    if (!in_shell) {
+    if (!is_on_mesh) {
       RayMesh::Hit guide{};
-      const Vec3d start = origin + direction * t - origin_;
-      if (!mesh_->cast(start.cast<float>(), direction.cast<float>(), static_cast<float>(end - t),
-                       guide)) {
+      const Vec3d start = ray.origin + ray.direction * t - origin_;
+      if (!mesh_->cast(start.cast<float>(), ray.direction.cast<float>(),
+                       static_cast<float>(end - t), guide)) {
         return false;
       }
       t += static_cast<double>(guide.range);
     }
-    in_shell = false;
-    switch (follow(origin, direction, t, hit)) {
+    is_on_mesh = false;
+    switch (follow(ray.origin, ray.direction, t, hit)) {
       case Outcome::kHit:
-        return hit.range_m <= far_m;
+        return hit.range_m <= ray.far_m;
       case Outcome::kLeft:
         break;
       case Outcome::kBuried:
@@ -112,6 +147,124 @@ bool GroundRays::cast(Vec3d origin, Vec3d direction, double far_m, GroundHit& hi
     if (t >= end) return false;
   }
   grazing_.fetch_add(1, std::memory_order_relaxed);
+  return false;
+}
+
+/// What is known of one ray of a packet.
+struct GroundRays::Lead {
+  enum class State : std::uint8_t { kMisses, kBeforeMesh, kOnMesh, kSettled };
+  State state = State::kMisses;
+  bool starts_in_shell = false;
+  double begin = 0.0;  ///< range where it enters the bounds
+  double end = 0.0;
+  double on_mesh = 0.0;
+  double guess = 0.0;  ///< range where the ground is expected
+};
+
+void GroundRays::cast(std::span<const GroundRay> rays, std::span<GroundHit> hits,
+                      std::span<std::uint8_t> met) const {
+  using State = Lead::State;
+  std::array<Lead, kPacket> leads;
+  std::array<RayMesh::PacketRay, kPacket> packet;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const GroundRay& ray = rays[i];
+    Lead& lead = leads[i];
+    const Vec3d sum = ray.origin + ray.direction;
+    lead.end = ray.far_m;
+    if (!std::isfinite(sum.x + sum.y + sum.z) ||
+        !clip_to_box(bounds_, ray.origin, ray.direction, lead.begin, lead.end)) {
+      continue;
+    }
+    lead.starts_in_shell = lead.begin == 0.0 && starts_in_shell(ray.origin);
+    lead.state = State::kBeforeMesh;
+    if (lead.starts_in_shell) continue;
+    const Vec3d start = ray.origin + ray.direction * lead.begin - origin_;
+    packet[i] = {start.cast<float>(), ray.direction.cast<float>(),
+                 static_cast<float>(lead.end - lead.begin)};
+  }
+  std::array<RayMesh::PacketHit, kPacket> guides;
+  mesh_->cast(packet, guides);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    Lead& lead = leads[i];
+    if (lead.state == State::kMisses || lead.starts_in_shell) continue;
+    lead.state = State::kMisses;
+    if (guides[i].range < 0.0f) continue;
+    lead.state = State::kOnMesh;
+    lead.on_mesh = lead.begin + static_cast<double>(guides[i].range);
+    const Vec3d facet = guides[i].normal.cast<double>();
+    const double slope = std::abs(dot(facet, rays[i].direction)) / norm(facet);
+    lead.guess = lead.on_mesh + std::min(kSteepWithin, kStandOff * shell_m_ / slope);
+  }
+  settle_all(rays, leads, hits);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    Lead& lead = leads[i];
+    if (lead.state == State::kSettled) {
+      met[i] = hits[i].range_m <= rays[i].far_m;
+    } else if (lead.state == State::kMisses) {
+      met[i] = 0;
+    } else {
+      const bool is_on_mesh = lead.state == State::kOnMesh || lead.starts_in_shell;
+      met[i] = follow_from(rays[i], is_on_mesh && !lead.starts_in_shell ? lead.on_mesh : lead.begin,
+                           lead.end, is_on_mesh, hits[i]);
+    }
+  }
+}
+
+/// The usual case, in step so that the processor works on several rays at once: from where the mesh
+/// says that the ground is, Newton's method settles soon. Leaves the other rays as they are.
+void GroundRays::settle_all(std::span<const GroundRay> rays, std::array<Lead, kPacket>& leads,
+                            std::span<GroundHit> hits) const {
+  std::array<Vec3d, kPacket> places, gradients;
+  std::array<double, kPacket> values, ranges;
+  std::array<Sample, kPacket> earlier;
+  std::array<std::size_t, kPacket> pending;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    if (leads[i].state != Lead::State::kOnMesh) continue;
+    ranges[count] = leads[i].guess;
+    pending[count++] = i;
+  }
+  for (int round = 0; round < kMostRounds && count > 0; ++round) {
+    for (std::size_t n = 0; n < count; ++n)
+      places[n] = rays[pending[n]].origin + rays[pending[n]].direction * ranges[n];
+    field_.values(places.data(), count, values.data(), gradients.data());
+    std::size_t kept = 0;
+    for (std::size_t n = 0; n < count; ++n) {
+      const std::size_t i = pending[n];
+      const Sample now{ranges[n], values[n], dot(gradients[n], rays[i].direction), gradients[n]};
+      const double steepness = std::max(norm(now.gradient), kFlattest);
+      const double slope = now.slope / steepness, distance = now.value / steepness;
+      if (slope > kFlat || std::abs(distance) > kSteepWithin) continue;
+      const double product = round == 0 ? 1.0 : std::abs(earlier[n].value / steepness * distance);
+      if (product < kSettledProduct * -slope * slope * slope) {
+        settle_between(earlier[n], now, hits[i]);
+        hits[i].point = rays[i].origin + rays[i].direction * hits[i].range_m;
+        if (is_first(rays[i], leads[i].on_mesh, hits[i].range_m, slope))
+          leads[i].state = Lead::State::kSettled;
+        continue;
+      }
+      earlier[kept] = now;
+      ranges[kept] = now.t - distance / slope;
+      pending[kept++] = i;
+    }
+    count = kept;
+  }
+}
+
+/// True where the ray meets no ground between `from` and its crossing at `to`, which it meets with
+/// this slope: going back from there F rises first, and its curvature is bounded.
+bool GroundRays::is_first(const GroundRay& ray, double from, double to, double slope) const {
+  double reach = -2.0 * slope / kSharpest;
+  for (int step = 0; step < kMostRounds; ++step) {
+    if (to - reach <= from) return true;
+    to -= 0.9 * reach;
+    Vec3d gradient;
+    const double value = field_.value(ray.origin + ray.direction * to, gradient);
+    if (value <= 0.0) return false;
+    const double steepness = std::max(norm(gradient), kFlattest);
+    const double back = -dot(gradient, ray.direction) / steepness;
+    reach = (back + std::sqrt(back * back + 2.0 * kSharpest * value / steepness)) / kSharpest;
+  }
   return false;
 }
 

@@ -315,7 +315,7 @@ class GroundBuilder {
       }
       ground_->field.leans.push_back(lean);
     }
-    ground_->field.index_features();
+    ground_->field.prepare();
   }
 
   void add_voids() {
@@ -342,7 +342,7 @@ class GroundBuilder {
       }
     }
     ground_->field.voids = std::move(voids);
-    ground_->field.index_features();
+    ground_->field.prepare();
   }
 
   bool add_cave(const CaveShape& cave, Vec2d at, std::vector<Void>& voids) const {

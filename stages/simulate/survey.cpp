@@ -86,6 +86,7 @@ SurveySetup base_setup(const SurveyOptions& options, const Scene& scene,
                        const Trajectory& trajectory, const DefectOptions& defects) {
   SurveySetup setup;
   setup.scene = &scene;
+  setup.heights = scene.height_bounds();
   setup.trajectory = &trajectory;
   setup.channels = options.scanner.channels;
   setup.lines =

@@ -2,6 +2,7 @@
 #include "stages/simulate/survey_block.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -41,6 +42,35 @@ constexpr std::uint64_t kGroupPulses = 32;
 constexpr double kMostSpeedMs = 250.0;
 constexpr double kMostTurnRadS = 0.3;
 
+/// True where no beam within `margin_m` of this one at the same height can meet anything within the
+/// extent, by the heights there square by square. False where that is not certain.
+bool passes_over_or_under(const HeightBounds& heights, const Reach& reach, const Ray& ray,
+                          double margin_m) {
+  const double across = std::hypot(ray.direction.x, ray.direction.y);
+  const double half = 0.5 * heights.step_m;
+  const double near = margin_m + half;
+  double t = (reach.highest_m - ray.origin.z) / ray.direction.z;
+  const double end = (reach.lowest_m - ray.origin.z) / ray.direction.z;
+  const double step = across > 1e-6 ? heights.step_m / across : end - t;
+  for (; t < end; t += step) {
+    const double middle = std::min(t + 0.5 * step, end);
+    const double x = ray.origin.x + middle * ray.direction.x;
+    const double y = ray.origin.y + middle * ray.direction.y;
+    if (!reach.extent.grown(near).contains(x, y)) continue;
+    const auto above = static_cast<float>(ray.origin.z + t * ray.direction.z);
+    const auto below = static_cast<float>(ray.origin.z + (t + step) * ray.direction.z);
+    for (double v = y - near;; v = std::min(v + heights.step_m, y + near)) {
+      for (double u = x - near;; u = std::min(u + heights.step_m, x + near)) {
+        const HeightBounds::Range& range = heights.at(u, v);
+        if (below <= range.high && above >= range.low) return false;
+        if (u >= x + near) break;
+      }
+      if (v >= y + near) break;
+    }
+  }
+  return true;
+}
+
 /// True where none of the pulses [first, first + count) of a pass comes near the extent, by what
 /// the beam of the first and the scanner's largest step say. False where that is not certain.
 bool misses_all(const SurveySetup& setup, const Reach& reach, std::size_t pass, std::uint64_t first,
@@ -63,7 +93,9 @@ bool misses_all(const SurveySetup& setup, const Reach& reach, std::size_t pass, 
     const double turn = swing + lasting_s * kMostTurnRadS;
     const double margin =
         1.0 + lasting_s * kMostSpeedMs + 1.5 * turn * height / (ray.direction.z * ray.direction.z);
-    if (meets({reach.extent.grown(margin), reach.lowest_m, reach.highest_m}, ray)) return false;
+    if (meets({reach.extent.grown(margin), reach.lowest_m, reach.highest_m}, ray) &&
+        !passes_over_or_under(setup.heights, reach, ray, margin))
+      return false;
   }
   return true;
 }
@@ -97,6 +129,7 @@ Vec3d measured_direction(const NoiseOptions& noise, const SensorFrame& frame, Ve
 struct Pulse {
   const SurveyLine* line;
   std::uint64_t key;
+  double true_time_s;
   double recorded_time_s;
   Ray ray;
   SensorFrame frame;
@@ -142,9 +175,10 @@ SurveyPoint point_of(const SurveySetup& setup, const Pulse& pulse, const EchoLis
   return point;
 }
 
-void add_pulse(const SurveySetup& setup, Pulse& pulse, std::vector<SurveyPoint>& points) {
+void add_pulse(const SurveySetup& setup, Pulse& pulse, const Hit& hit,
+               std::vector<SurveyPoint>& points) {
   CounterRandom random = random_of(setup.seed, Stream::kPulse, pulse.key);
-  const EchoList echoes = follow_pulse(*setup.scene, pulse.ray, setup.most_returns, random);
+  const EchoList echoes = follow_pulse(*setup.scene, pulse.ray, hit, setup.most_returns, random);
   if (echoes.count == 0) return;
   pulse.angle_deg = across_track_angle_deg(pulse.frame, pulse.ray.direction);
   const Vec3d measured = measured_direction(setup.noise, pulse.frame, pulse.ray.direction, random);
@@ -159,21 +193,58 @@ void add_pulse(const SurveySetup& setup, Pulse& pulse, std::vector<SurveyPoint>&
 }
 
 /// Tally of the points of one pulse.
-LineTally tally_of(const Pulse& pulse, double true_time_s, std::size_t points) {
+LineTally tally_of(const Pulse& pulse, std::size_t points) {
   LineTally tally;
   tally.points = points;
   tally.first_time_s = tally.last_time_s = pulse.recorded_time_s;
-  tally.true_first_time_s = tally.true_last_time_s = true_time_s;
+  tally.true_first_time_s = tally.true_last_time_s = pulse.true_time_s;
   tally.lowest_angle_deg = tally.highest_angle_deg = pulse.angle_deg;
   return tally;
 }
 
+/// Pulses on their way, whose rays are cast together.
+class PulseBatch {
+ public:
+  PulseBatch(const SurveySetup& setup, BlockPoints& result) : setup_(setup), result_(result) {}
+
+  void add(const Pulse& pulse) {
+    pulses_[count_] = pulse;
+    rays_[count_] = pulse.ray;
+    if (++count_ == kMost) flush();
+  }
+
+  void flush() {
+    setup_.scene->cast_all({rays_.data(), count_}, {hits_.data(), count_}, {met_.data(), count_});
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (met_[i] == 0) continue;
+      Pulse& pulse = pulses_[i];
+      const std::size_t before = result_.points.size();
+      add_pulse(setup_, pulse, hits_[i], result_.points);
+      if (result_.points.size() == before) continue;
+      result_.tallies[static_cast<std::size_t>(pulse.line->channel)].add(
+          tally_of(pulse, result_.points.size() - before));
+    }
+    count_ = 0;
+  }
+
+ private:
+  static constexpr std::size_t kMost = 64;
+  const SurveySetup& setup_;
+  BlockPoints& result_;
+  std::array<Pulse, kMost> pulses_;
+  std::array<Ray, kMost> rays_;
+  std::array<Hit, kMost> hits_;
+  std::array<std::uint8_t, kMost> met_{};
+  std::size_t count_ = 0;
+};
+
 /// One pulse of every channel.
 void fire(const SurveySetup& setup, const Reach& reach, std::size_t pass_index, std::uint64_t k,
-          BlockPoints& result) {
+          PulseBatch& batch) {
   const Pass& pass = setup.trajectory->passes()[pass_index];
   const double time = pass.first_time_s + static_cast<double>(k) / setup.pulse_rate;
   Pulse pulse{};
+  pulse.true_time_s = time;
   pulse.frame = setup.trajectory->at(pass_index, time);
   pulse.ray.origin = pulse.frame.position;
   for (int channel = 0; channel < setup.channels; ++channel) {
@@ -186,11 +257,7 @@ void fire(const SurveySetup& setup, const Reach& reach, std::size_t pass_index, 
     pulse.recorded_time_s = recorded_time(setup.defects, time);
     pulse.flags = static_cast<std::uint8_t>((beam.scans_to_the_right ? kScanDirection : 0) |
                                             (beam.is_last_of_line ? kEdgeOfFlightLine : 0));
-    const std::size_t before = result.points.size();
-    add_pulse(setup, pulse, result.points);
-    if (result.points.size() > before)
-      result.tallies[static_cast<std::size_t>(channel)].add(
-          tally_of(pulse, time, result.points.size() - before));
+    batch.add(pulse);
   }
 }
 
@@ -221,13 +288,15 @@ BlockPoints simulate_block(const SurveySetup& setup, const PulseBlock& block) {
   BlockPoints result;
   result.tallies.resize(static_cast<std::size_t>(setup.channels));
   result.points.reserve(block.count * static_cast<std::size_t>(setup.channels));
+  PulseBatch batch(setup, result);
   const std::uint64_t end = block.first + block.count;
   for (std::uint64_t k = block.first; k < end; k += kGroupPulses) {
     const std::uint64_t count = std::min(kGroupPulses, end - k);
     if (misses_all(setup, reach, block.pass, k, count)) continue;
     for (std::uint64_t pulse = k; pulse < k + count; ++pulse)
-      fire(setup, reach, block.pass, pulse, result);
+      fire(setup, reach, block.pass, pulse, batch);
   }
+  batch.flush();
   return result;
 }
 

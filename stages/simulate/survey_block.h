@@ -19,6 +19,7 @@ namespace cornice::simulate {
 /// Thread contract: read only.
 struct SurveySetup {
   const Scene* scene = nullptr;
+  HeightBounds heights;  ///< of the scene
   const Trajectory* trajectory = nullptr;
   const Scanner* scanner = nullptr;
   int channels = 1;

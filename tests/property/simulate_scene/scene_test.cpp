@@ -11,6 +11,7 @@
 #include <map>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/base/error.h"
 #include "core/base/random.h"
@@ -112,6 +113,64 @@ TEST_P(EveryScene, HitsLieOnTheGroundAndTheirNormalsFaceTheBeam) {
     ASSERT_EQ(hit.surface == SurfaceId::kOverhang, hit.normal.z < 0.0);
   }
   EXPECT_GT(hits, 9000);
+}
+
+TEST_P(EveryScene, BeamsCastTogetherHitWhereEachHitsAlone) {
+  // Neighbours as in a scan line, and beams from anywhere to anywhere; no whole packet at the end.
+  std::vector<Ray> rays;
+  const Box3d box = scene().bounds();
+  const Vec3d sensor{0.5 * (box.min.x + box.max.x), 0.5 * (box.min.y + box.max.y),
+                     box.max.z + 900.0};
+  for (int n = 0; n < 6000; ++n) {
+    const Vec3d to{box.min.x + (box.max.x - box.min.x) * (n % 400) / 400.0,
+                   box.min.y + (box.max.y - box.min.y) * (n / 400) / 15.0, box.min.z};
+    rays.push_back({sensor, normalized(to - sensor)});
+  }
+  for (std::uint64_t n = 0; n < 4005; ++n) rays.push_back(random_ray(scene(), n, n % 2 == 0));
+  std::vector<Hit> hits(rays.size());
+  std::vector<std::uint8_t> met(rays.size(), 7);
+  scene().cast_all(rays, hits, met);
+  int count = 0, apart = 0;
+  for (std::size_t n = 0; n < rays.size(); ++n) {
+    Hit alone;
+    const bool is_met = scene().cast(rays[n], alone);
+    if (is_met != (met[n] == 1)) {
+      ++apart;
+      continue;
+    }
+    if (!is_met) continue;
+    ++count;
+    // Across the surface; along a ray that slides over it the same error is longer.
+    if (std::abs(dot(alone.point - hits[n].point, alone.normal)) > 3e-6) {
+      ++apart;
+      continue;
+    }
+    ASSERT_EQ(hits[n].surface == SurfaceId::kHouse, alone.surface == SurfaceId::kHouse);
+    ASSERT_GT(dot(alone.normal, hits[n].normal), 1.0 - 1e-6) << "ray " << n;
+    ASSERT_LT(norm(hits[n].point - rays[n].origin - rays[n].direction * hits[n].range_m), 1e-6);
+  }
+  EXPECT_GT(count, 6000);
+  EXPECT_LE(apart, 1);
+}
+
+TEST_P(EveryScene, ItsHeightBoundsHoldWhateverABeamHits) {
+  const HeightBounds bounds = scene().height_bounds();
+  for (std::uint64_t n = 0; n < 8000; ++n) {
+    Hit hit;
+    if (!scene().cast(random_ray(scene(), n, n % 2 == 0), hit)) continue;
+    const HeightBounds::Range& range = bounds.at(hit.point.x, hit.point.y);
+    ASSERT_GE(hit.point.z, static_cast<double>(range.low));
+    ASSERT_LE(hit.point.z, static_cast<double>(range.high));
+  }
+}
+
+TEST_P(EveryScene, HasAHeightEverywhere) {
+  const Box2d extent = scene().bounds().plan();
+  const Raster dem = scene().ground_dem(0.5, extent);
+  int holes = 0;
+  for (const float value : dem.values)
+    if (!(value > dem.no_data + 1.0f)) ++holes;
+  EXPECT_EQ(holes, 0);
 }
 
 TEST_P(EveryScene, GradientsAreThoseOfTheFunction) {
@@ -409,6 +468,14 @@ TEST(Scene, RefusesAnImpossibleExtentOrWindow) {
   const Scene& scene = scene_of("cliff");
   EXPECT_THROW(scene.ground_mesh(1.0, {0, 0, 10, 10}), UsageError);
   EXPECT_THROW(scene.ground_dem(1.0, {}), UsageError);
+  // The option that the message names is one of the program's.
+  const Box2d window{kEast, kNorth, kEast + 10.0, kNorth + 10.0};
+  try {
+    scene.ground_mesh(0.0, window);
+    FAIL() << "no error";
+  } catch (const UsageError& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("--truth-mesh-step"));
+  }
   EXPECT_TRUE(std::isnan(scene.ground_height(0.0, 0.0)));
 }
 
