@@ -4,15 +4,18 @@
 #include <signal.h>
 
 #include <chrono>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/io/flight_lines_file.h"
 #include "core/io/las.h"
 #include "core/io/ply.h"
 #include "core/io/raster.h"
+#include "support/full_disk.h"
 #include "support/process.h"
 #include "support/temporary_folder.h"
 
@@ -97,6 +100,56 @@ TEST(CorniceSimulate, RefusesAnOutputThatExistsAndReplacesItsOwnWhereAsked) {
   EXPECT_FALSE(fs::exists(out / tile)) << "the tile of the earlier survey stayed";
   EXPECT_EQ(tiles_in(out).size(), 1u);
   EXPECT_EQ(read_text(out / "notes.txt"), "mine");
+}
+
+/// Every file of a folder by its path in it.
+std::map<std::string, std::string> contents(const fs::path& folder) {
+  std::map<std::string, std::string> all;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    if (entry.is_regular_file())
+      all[entry.path().lexically_relative(folder).string()] = read_text(entry.path());
+  return all;
+}
+
+TEST(CorniceSimulate, TheSameSeedGivesTheSameFilesWithOneThreadAndTwo) {
+  const TemporaryFolder folder;
+  const std::vector<std::string> options{
+      "--tiles", "2x1", "--defects", "duplicate-points=0.01", "--truth-mesh-step", "3"};
+  for (const char* run : {"one", "two", "other"}) {
+    std::vector<std::string> all = options;
+    all.insert(all.end(), {"--threads", std::string(run) == "one" ? "1" : "2", "--seed",
+                           std::string(run) == "other" ? "8" : "7"});
+    const ProcessResult result = simulate(folder / run, all);
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+  }
+  const auto one = contents(folder / "one"), two = contents(folder / "two");
+  ASSERT_GE(one.size(), 10u);
+  ASSERT_EQ(one.size(), two.size());
+  for (const auto& [name, bytes] : one) {
+    ASSERT_TRUE(two.contains(name)) << name;
+    EXPECT_TRUE(bytes == two.at(name)) << name << " differs";
+  }
+  const auto other = contents(folder / "other");
+  int differing = 0;
+  for (const auto& [name, bytes] : other)
+    if (one.contains(name) && one.at(name) != bytes) ++differing;
+  EXPECT_GE(differing, 8) << "another seed changes little";
+}
+
+TEST(CorniceSimulate, AFullDiskEndsItWithOneLineAndLeavesNothing) {
+  const TemporaryFolder folder;
+  ProcessResult result;
+  // The child sees the folder as a small disk; the program it starts does, too.
+  const auto outcome = on_full_disk(folder.path(), [&] {
+    result = simulate(folder / "survey", {}, 0, "", "60");
+    throw RunError("exit " + std::to_string(result.exit_code), result.err);
+  });
+  if (!outcome) GTEST_SKIP() << "nobody may mount a small disk here";
+  EXPECT_NE(outcome->find("exit 1"), std::string::npos) << *outcome;
+  EXPECT_NE(outcome->find("cornice-simulate: error: "), std::string::npos) << *outcome;
+  EXPECT_NE(outcome->find("No space left on device"), std::string::npos) << *outcome;
+  EXPECT_EQ(outcome->find("|survey"), std::string::npos) << "something stayed: " << *outcome;
+  EXPECT_EQ(line_count(*outcome), 1u) << *outcome;
 }
 
 struct Mistake {
