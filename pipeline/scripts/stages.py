@@ -11,6 +11,10 @@ import os
 from typing import Callable
 
 SURVEY = "survey"
+# Beyond the halo, so that the normals in it have all their neighbours (stages/normals/README.md).
+NORMALS_REACH_M = 5.0
+# Keys of the section "poisson" that belong to its second step.
+EXTRACT_KEYS = ("support-cap-m",)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -50,11 +54,11 @@ def has_succeeded(plan, stage, tile):
     return outcome is not None and outcome["status"] == "done"
 
 
-def flags(plan, section, skip=()):
+def flags(plan, section, skip=(), only=None):
     """A section of the configuration as words of a command line."""
     words = []
     for key, value in plan["config"].get(section, {}).items():
-        if key in skip:
+        if key in skip or (only is not None and key not in only):
             continue
         if isinstance(value, bool):
             words.append(f"--{key}" if value else f"--no-{key}")
@@ -138,7 +142,8 @@ def flightlines_command(plan, _):
 def normals_command(plan, tile):
     around = [tile_path(plan, name) for name in readable_around(plan, "info", tile)]
     words = ["cornice-normals", tile_path(plan, tile), "--flightlines", lines_path(plan),
-             "-o", points_path(plan, tile), "--keep-halo", "--halo-m", str(plan["halo_m"])]
+             "-o", points_path(plan, tile), "--keep-halo", "--halo-m",
+             str(plan["halo_m"] + NORMALS_REACH_M)]
     if around:
         words += ["--neighbours"] + around
     if plan["class_rules"]:
@@ -150,14 +155,15 @@ def normals_command(plan, tile):
 
 def solve_command(plan, tile):
     return (["cornice-poisson", "solve", points_path(plan, tile), "-o", field_path(plan, tile),
-             "--tile", box_text(plan, tile), "--step-m", str(plan["step_m"])] +
-            flags(plan, "poisson"))
+             "--tile", box_text(plan, tile), "--step-m", str(plan["step_m"]),
+             "--halo-m", str(plan["halo_m"])] + flags(plan, "poisson", skip=EXTRACT_KEYS))
 
 
 def extract_command(plan, tile):
     around = [band_path(plan, name) for name in readable_around(plan, "solve", tile)]
     words = ["cornice-poisson", "extract", field_path(plan, tile), "--points",
              points_path(plan, tile), "-o", surface_path(plan, tile)]
+    words += flags(plan, "poisson", only=EXTRACT_KEYS)
     return words + (["--neighbours"] + around if around else [])
 
 

@@ -74,7 +74,7 @@ class Survey(unittest.TestCase):
 
     def test_a_changed_parameter_redoes_its_stage_and_what_follows(self):
         self.run_it()
-        self.configure("trim: {bridge-m: 7}\n")
+        self.configure("trim: {bridge: 7}\n")
         _, _, jobs = self.run_it()
         self.assertEqual({job.split()[0] for job in jobs}, {"trim", "remesh", "stitch"})
 
