@@ -120,8 +120,13 @@ TileField make_band(const TileField& whole) {
     levels.push_back(
         restrict_level(whole.field.levels()[l], columns_read(ring, static_cast<int>(l))));
   }
-  return {Field(whole.field.lattice(), std::move(levels)), whole.tile, whole.ramp, whole.crs_text,
-          true};
+  return {Field(whole.field.lattice(), std::move(levels)),
+          whole.tile,
+          whole.ramp,
+          whole.crs_text,
+          true,
+          whole.z0,
+          whole.z1};
 }
 
 BlendedValues::BlendedValues(const TileField& own, std::span<const TileField> neighbours,
@@ -134,10 +139,11 @@ BlendedValues::BlendedValues(const TileField& own, std::span<const TileField> ne
       check_pair(neighbours[m], neighbours[n], names[m + 1], names[n + 1]);
     }
   }
-  parts_.push_back({&own, FieldValues(own.field)});
+  parts_.push_back({&own, FieldValues(own.field, own.z0, own.z1)});
   const LatticeBox seen = own.tile.grown(kRim + own.ramp);
   for (const TileField& tile : neighbours) {
-    if (tile.tile.touches(seen)) parts_.push_back({&tile, FieldValues(tile.field)});
+    if (tile.tile.touches(seen))
+      parts_.push_back({&tile, FieldValues(tile.field, tile.z0, tile.z1)});
   }
   std::sort(parts_.begin(), parts_.end(),
             [](const Part& a, const Part& b) { return a.tile->tile < b.tile->tile; });

@@ -33,6 +33,9 @@ struct TileField {
   std::int32_t ramp = 16;  ///< nodes from the border to where the neighbour counts for nothing
   std::string crs_text;    ///< as Crs::text()
   bool is_band = false;
+  /// Nodes between which the field means something: the heights of the points and some room. Coarse
+  /// bricks reach far beyond, with whatever sign.
+  std::int32_t z0 = kLowestNode, z1 = kHighestNode;
 };
 
 /// The lattice planes next to the tile's borders. Tiles with a common border get the same plane.

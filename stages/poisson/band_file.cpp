@@ -21,12 +21,12 @@ static_assert(std::endian::native == std::endian::little, "numbers are copied as
 
 constexpr std::array<char, 8> kMagic{'C', 'O', 'R', 'N', 'F', 'L', 'D', '\n'};
 constexpr std::uint32_t kVersion = 1;
-constexpr std::size_t kHeadBytes = 88;
+constexpr std::size_t kHeadBytes = 96;
 constexpr std::uint64_t kBytesPerBrick = sizeof(BrickKey) + kBrickNodes * sizeof(float);
 constexpr std::uint32_t kMostLevels = 24;
 constexpr std::uint32_t kMostCrsBytes = 1 << 20;
 /// Nodes farther from 0 than this are refused: sums of a few coordinates stay within 32 bits.
-constexpr std::int32_t kFarthestNode = 1 << 28;
+constexpr std::int32_t kFarthestNode = kHighestNode;
 
 static_assert(sizeof(BrickKey) == 12, "keys are three numbers of 32 bits, without gaps");
 
@@ -36,7 +36,7 @@ struct Head {
   std::uint32_t version = kVersion;
   std::uint32_t is_band = 0;
   double step_m = 0.0;
-  std::int32_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+  std::int32_t x0 = 0, y0 = 0, x1 = 0, y1 = 0, z0 = 0, z1 = 0;
   std::int32_t ramp = 0;
   std::uint32_t levels = 0;
   std::uint32_t crs_bytes = 0;
@@ -90,10 +90,10 @@ void check_head(const Head& head, const Input& input) {
   const auto bad = [&](const std::string& what) { input.fail("has a damaged head: " + what); };
   if (head.is_band > 1 || head.reserved != 0) bad("a field that must be 0 or 1");
   if (!(head.step_m >= 1e-6 && head.step_m <= 1e6)) bad("its lattice step");
-  for (const std::int32_t plane : {head.x0, head.y0, head.x1, head.y1}) {
+  for (const std::int32_t plane : {head.x0, head.y0, head.x1, head.y1, head.z0, head.z1}) {
     if (plane < -kFarthestNode || plane > kFarthestNode) bad("its tile");
   }
-  if (head.x0 >= head.x1 || head.y0 >= head.y1) bad("its tile is empty");
+  if (head.x0 >= head.x1 || head.y0 >= head.y1 || head.z0 > head.z1) bad("its tile is empty");
   if (head.ramp < kLeastRamp || head.ramp > kFarthestNode / 16) bad("its band width");
   if (head.levels > kMostLevels) bad("its number of levels");
   if (head.crs_bytes > kMostCrsBytes) bad("the length of its CRS");
@@ -201,6 +201,7 @@ void write_field(const std::filesystem::path& path, const TileField& tile) {
   head.is_band = tile.is_band ? 1 : 0;
   head.step_m = tile.field.lattice().step_m;
   head.x0 = tile.tile.x0, head.y0 = tile.tile.y0, head.x1 = tile.tile.x1, head.y1 = tile.tile.y1;
+  head.z0 = tile.z0, head.z1 = tile.z1;
   head.ramp = tile.ramp;
   head.levels = static_cast<std::uint32_t>(tile.field.levels().size());
   head.crs_bytes = static_cast<std::uint32_t>(tile.crs_text.size());
@@ -256,6 +257,7 @@ TileField read_field(const std::filesystem::path& path) {
   }
   tile.field = Field({head.step_m}, std::move(levels));
   tile.tile = {head.x0, head.y0, head.x1, head.y1};
+  tile.z0 = head.z0, tile.z1 = head.z1;
   tile.ramp = head.ramp;
   tile.is_band = head.is_band == 1;
   return tile;

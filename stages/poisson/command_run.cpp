@@ -114,6 +114,9 @@ TileField solve_tile(Command& command, const OrientedPoints& points, StageContex
                                        std::lround(command.band_m / command.solve.lattice.step_m)));
   tile.crs_text = points.crs_text;
   const Box3d domain = domain_of(command, box_in_metres(tile.tile, command.solve.lattice), points);
+  const double step = command.solve.lattice.step_m;
+  tile.z0 = static_cast<std::int32_t>(std::floor(domain.min.z / step));
+  tile.z1 = static_cast<std::int32_t>(std::ceil(domain.max.z / step));
   context.report.step("solve", [&] {
     Solution solution = solve_poisson(points, domain, command.solve, context.progress);
     report_solution(solution.report, context.report);
@@ -286,8 +289,8 @@ void run_mesh(Command& command, StageContext& context) {
   command.extract.threads = context.options.threads;
   Surface surface;
   context.report.step("extract", [&] {
-    surface = extract_surface(FieldValues(tile.field), tile.field.lattice(), command.extract,
-                              context.progress);
+    surface = extract_surface(FieldValues(tile.field, tile.z0, tile.z1), tile.field.lattice(),
+                              command.extract, context.progress);
   });
   tile.field = Field();
   surface.mesh.crs_text = points.crs_text;

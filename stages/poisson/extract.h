@@ -43,17 +43,25 @@ class NodeValues {
                                                 int threads) const = 0;
 };
 
+inline constexpr std::int32_t kLowestNode = -(1 << 28);
+inline constexpr std::int32_t kHighestNode = 1 << 28;
+
 /// A field alone.
 class FieldValues : public NodeValues {
  public:
-  /// `field` must outlive this.
-  explicit FieldValues(const Field& field) : field_(&field) {}
+  /// `field` must outlive this. Bricks without a node in [z0, z1] count as not known.
+  explicit FieldValues(const Field& field, std::int32_t z0 = kLowestNode,
+                       std::int32_t z1 = kHighestNode)
+      : field_(&field), first_z_(z0 >> 3), last_z_(z1 >> 3) {}
   const float* stored(BrickKey brick) const override;
   bool compute(BrickKey brick, std::span<float, kBrickNodes> values) const override;
   std::vector<BrickKey> crossing_bricks(BrickKey first, BrickKey last, int threads) const override;
 
  private:
+  bool is_known(BrickKey brick) const { return brick.z >= first_z_ && brick.z <= last_z_; }
+
   const Field* field_;
+  std::int32_t first_z_, last_z_;  ///< bricks
 };
 
 /// Parts of a lattice step in which positions of vertices are whole numbers.

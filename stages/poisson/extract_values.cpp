@@ -29,7 +29,7 @@ HeightRange height_range(const Field& field) {
 }  // namespace
 
 const float* FieldValues::stored(BrickKey brick) const {
-  if (field_->levels().empty()) return nullptr;
+  if (field_->levels().empty() || !is_known(brick)) return nullptr;
   const std::uint32_t at = field_->find(0, brick);
   if (at == BrickIndex::kNone) return nullptr;
   return field_->levels()[0].values.data() + std::size_t{at} * kBrickNodes;
@@ -37,7 +37,7 @@ const float* FieldValues::stored(BrickKey brick) const {
 
 bool FieldValues::compute(BrickKey brick, std::span<float, kBrickNodes> values) const {
   std::array<float, kClosedBrickNodes> closed;
-  if (!field_->closed_brick(0, brick, closed)) return false;
+  if (!is_known(brick) || !field_->closed_brick(0, brick, closed)) return false;
   constexpr int kClosed = kBrickSide + 1;
   for (int k = 0; k < kBrickSide; ++k) {
     for (int j = 0; j < kBrickSide; ++j) {
@@ -51,8 +51,8 @@ bool FieldValues::compute(BrickKey brick, std::span<float, kBrickNodes> values) 
 std::vector<BrickKey> FieldValues::crossing_bricks(BrickKey first, BrickKey last,
                                                    int threads) const {
   const HeightRange range = height_range(*field_);
-  if (range.first > range.last) return {};
-  first.z = range.first, last.z = range.last;
+  first.z = std::max(range.first, first_z_), last.z = std::min(range.last, last_z_);
+  if (first.z > last.z) return {};
   return field_->crossing_bricks(first, last, threads);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Points are sorted into square columns as wide as the density's radius. Most vertices lie closer
-// to a point than that and look at nine columns, three runs of memory. The others go outwards ring
-// by ring, from the first ring that holds a point, which a distance transform of the columns tells.
+// to a point than that and look at nine columns, three runs of memory. The others go outwards over
+// blocks of columns and pass over those whose box, heights included, is too far away.
 #include "stages/poisson/support.h"
 
 #include <algorithm>
@@ -25,6 +25,7 @@ constexpr std::size_t kTallColumn = 96;
 /// More columns than this are made wider.
 constexpr double kMostColumns = 1 << 26;
 constexpr int kStripes = 16;
+constexpr int kBlock = 8;  ///< columns of a block, per axis
 constexpr int kLanes = 8;
 
 /// Least squared distance so far, and how many points lie within the radius.
@@ -47,6 +48,17 @@ class PointColumns {
   struct Column {
     int x, y;
   };
+  /// Of points; empty until something is added.
+  struct Heights {
+    float low = std::numeric_limits<float>::infinity();
+    float high = -std::numeric_limits<float>::infinity();
+    void add(Heights o) { low = std::min(low, o.low), high = std::max(high, o.high); }
+  };
+  static int blocks(int columns) { return (columns + kBlock - 1) / kBlock; }
+  std::size_t block_index(int x, int y) const {
+    return static_cast<std::size_t>(x) * static_cast<std::size_t>(blocks(columns_y_)) +
+           static_cast<std::size_t>(y);
+  }
   Column column_of(float x, float y) const {
     return {static_cast<int>((x - low_x_) * per_m_), static_cast<int>((y - low_y_) * per_m_)};
   }
@@ -59,10 +71,12 @@ class PointColumns {
   void sort_points(const OrientedPoints& points, const std::vector<std::uint32_t>& column_of_point,
                    int threads);
   void sort_tall_columns(int threads);
-  void find_rings();
+  void find_heights();
   void scan(Vec3f at, std::size_t begin, std::size_t end, Nearby& nearby) const;
   void scan_column(Vec3f at, std::size_t column, float reach, Nearby& nearby) const;
-  void look_in_ring(Vec3f at, Column centre, int ring, float within_m, Nearby& nearby) const;
+  float least_to(Vec3f at, int x, int y, int count, Heights heights) const;
+  void look_in_block(Vec3f at, int block_x, int block_y, Nearby& nearby) const;
+  void look_far(Vec3f at, Column centre, Nearby& nearby) const;
 
   Vec3d shift_;  ///< from the points' origin to the mesh's
   float radius_;
@@ -71,7 +85,8 @@ class PointColumns {
   float low_x_ = 0.0f, low_y_ = 0.0f;
   int columns_x_ = 0, columns_y_ = 0;
   std::vector<std::uint32_t> first_;  ///< by column; one more at the end
-  std::vector<std::uint16_t> ring_;   ///< by column: rings to the nearest that holds a point
+  std::vector<Heights> heights_;      ///< by column
+  std::vector<Heights> block_heights_;
   std::vector<float> x_, y_, z_;
 };
 
@@ -85,7 +100,7 @@ PointColumns::PointColumns(const Mesh& mesh, const OrientedPoints& points,
   sort_points(points, column_of_point, options.threads);
   progress.advance(1);
   sort_tall_columns(options.threads);
-  find_rings();
+  find_heights();
   progress.end();
 }
 
@@ -169,30 +184,17 @@ void PointColumns::sort_tall_columns(int threads) {
   });
 }
 
-/// Chessboard distance of every column to the nearest that holds a point (Rosenfeld & Pfaltz 1966).
-void PointColumns::find_rings() {
-  constexpr std::uint16_t kFar = std::numeric_limits<std::uint16_t>::max() - 1;
-  ring_.assign(index(columns_x_, 0), kFar);
-  const auto relax = [&](int x, int y, std::initializer_list<std::array<int, 2>> around) {
-    std::uint16_t& ring = ring_[index(x, y)];
-    for (const auto& [dx, dy] : around) {
-      const int u = x + dx, v = y + dy;
-      if (u < 0 || u >= columns_x_ || v < 0 || v >= columns_y_) continue;
-      ring =
-          std::min(ring, static_cast<std::uint16_t>(std::min<int>(kFar, ring_[index(u, v)] + 1)));
-    }
-  };
+/// Heights of the points of every column, and of every block.
+void PointColumns::find_heights() {
+  heights_.assign(index(columns_x_, 0), Heights{});
+  block_heights_.assign(static_cast<std::size_t>(blocks(columns_x_) * blocks(columns_y_)),
+                        Heights{});
   for (int x = 0; x < columns_x_; ++x) {
     for (int y = 0; y < columns_y_; ++y) {
       const std::size_t c = index(x, y);
-      if (first_[c + 1] > first_[c])
-        ring_[c] = 0;
-      else
-        relax(x, y, {{-1, -1}, {-1, 0}, {-1, 1}, {0, -1}});
+      for (std::size_t p = first_[c]; p < first_[c + 1]; ++p) heights_[c].add({z_[p], z_[p]});
+      block_heights_[block_index(x / kBlock, y / kBlock)].add(heights_[c]);
     }
-  }
-  for (int x = columns_x_ - 1; x >= 0; --x) {
-    for (int y = columns_y_ - 1; y >= 0; --y) relax(x, y, {{1, 1}, {1, 0}, {1, -1}, {0, 1}});
   }
 }
 
@@ -237,15 +239,49 @@ void PointColumns::scan_column(Vec3f at, std::size_t column, float reach, Nearby
   scan(at, begin, end, nearby);
 }
 
-void PointColumns::look_in_ring(Vec3f at, Column centre, int ring, float within_m,
-                                Nearby& nearby) const {
-  const float reach = std::min(within_m, std::sqrt(nearby.least_sq));
-  const int x0 = std::max(centre.x - ring, 0), x1 = std::min(centre.x + ring, columns_x_ - 1);
-  const int y0 = std::max(centre.y - ring, 0), y1 = std::min(centre.y + ring, columns_y_ - 1);
-  for (int x = x0; x <= x1; ++x) {
-    const bool whole_row = x == centre.x - ring || x == centre.x + ring;
-    for (int y = whole_row ? y0 : centre.y - ring; y <= y1; y += whole_row ? 1 : 2 * ring) {
-      if (y >= y0 && ring_[index(x, y)] == 0) scan_column(at, index(x, y), reach, nearby);
+/// Least squared distance from a place to anything in the columns [x, x + count) x [y, y + count)
+/// between these heights; infinite where there is nothing.
+float PointColumns::least_to(Vec3f at, int x, int y, int count, Heights heights) const {
+  const auto outside = [](float value, float low, float high) {
+    return std::max({low - value, value - high, 0.0f});
+  };
+  const float size = static_cast<float>(count) * width_;
+  const float low_x = low_x_ + static_cast<float>(x) * width_;
+  const float low_y = low_y_ + static_cast<float>(y) * width_;
+  // A little less than it is: columns are told from rounded products.
+  const float slack = 0.001f * width_;
+  const float dx = std::max(outside(at.x, low_x, low_x + size) - slack, 0.0f);
+  const float dy = std::max(outside(at.y, low_y, low_y + size) - slack, 0.0f);
+  const float dz = outside(at.z, heights.low, heights.high);
+  return dx * dx + dy * dy + dz * dz;
+}
+
+void PointColumns::look_in_block(Vec3f at, int block_x, int block_y, Nearby& nearby) const {
+  const Heights heights = block_heights_[block_index(block_x, block_y)];
+  const int x0 = block_x * kBlock, y0 = block_y * kBlock;
+  if (least_to(at, x0, y0, kBlock, heights) >= nearby.least_sq) return;
+  for (int x = x0; x < std::min(x0 + kBlock, columns_x_); ++x) {
+    for (int y = y0; y < std::min(y0 + kBlock, columns_y_); ++y) {
+      const std::size_t c = index(x, y);
+      if (least_to(at, x, y, 1, heights_[c]) >= nearby.least_sq) continue;
+      scan_column(at, c, std::sqrt(nearby.least_sq), nearby);
+    }
+  }
+}
+
+/// Looks at all blocks that can hold a nearer point, from the inside outwards.
+void PointColumns::look_far(Vec3f at, Column centre, Nearby& nearby) const {
+  const int block_x = centre.x / kBlock, block_y = centre.y / kBlock;
+  const int last_x = blocks(columns_x_) - 1, last_y = blocks(columns_y_) - 1;
+  for (int ring = 0;; ++ring) {
+    const float nearest = static_cast<float>((ring - 1) * kBlock) * width_;
+    if (ring > 0 && nearest * nearest >= nearby.least_sq) break;
+    for (int x = block_x - ring; x <= block_x + ring; ++x) {
+      const bool whole = x == block_x - ring || x == block_x + ring;
+      for (int y = block_y - ring; y <= block_y + ring; y += whole || ring == 0 ? 1 : 2 * ring) {
+        if (x < 0 || x > last_x || y < 0 || y > last_y) continue;
+        look_in_block(at, x, y, nearby);
+      }
     }
   }
 }
@@ -262,14 +298,10 @@ Nearby PointColumns::look(Vec3f at, float within_m) const {
       for (std::size_t c = from; c < from + 3; ++c) scan_column(at, c, reach, nearby);
     }
   }
+  // Nothing beyond the nine columns is as near as this.
+  if (nearby.least_sq <= 0.998f * width_ * width_) return nearby;
   const std::uint32_t count = nearby.count;
-  // A point in ring k lies more than k - 1 columns away.
-  const int first_ring = std::max<int>(2, ring_[index(centre.x, centre.y)]);
-  for (int ring = first_ring;; ++ring) {
-    const float nearest = static_cast<float>(ring - 1) * width_;
-    if (nearest >= within_m || nearest * nearest >= nearby.least_sq) break;
-    look_in_ring(at, centre, ring, within_m, nearby);
-  }
+  look_far(at, centre, nearby);
   nearby.count = count;
   return nearby;
 }

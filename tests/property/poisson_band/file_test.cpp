@@ -26,7 +26,9 @@ TileField small_field() {
           {-9, -10, 11, 12},
           16,
           "EPSG:2056+5728",
-          false};
+          false,
+          -40,
+          77};
 }
 
 std::string bytes_of(const std::filesystem::path& path) {
@@ -50,11 +52,11 @@ std::string complaint(const std::filesystem::path& path) {
 
 /// Makes the checksums right again, so that what a test changed is what is refused.
 void seal(std::string& bytes) {
-  constexpr std::size_t kHead = 88;
+  constexpr std::size_t kHead = 96;
   const std::uint64_t body = XXH3_64bits(bytes.data() + kHead, bytes.size() - kHead);
-  std::memcpy(bytes.data() + 72, &body, 8);
-  const std::uint64_t head = XXH3_64bits(bytes.data(), 80);
-  std::memcpy(bytes.data() + 80, &head, 8);
+  std::memcpy(bytes.data() + 80, &body, 8);
+  const std::uint64_t head = XXH3_64bits(bytes.data(), 88);
+  std::memcpy(bytes.data() + 88, &head, 8);
 }
 
 template <class T>
@@ -71,6 +73,8 @@ TEST(FieldFile, HoldsAFieldToTheBit) {
   EXPECT_EQ(read.tile, written.tile);
   EXPECT_EQ(read.ramp, written.ramp);
   EXPECT_EQ(read.crs_text, written.crs_text);
+  EXPECT_EQ(read.z0, -40);
+  EXPECT_EQ(read.z1, 77);
   EXPECT_EQ(read.is_band, written.is_band);
   EXPECT_EQ(read.field.lattice(), written.field.lattice());
   ASSERT_EQ(read.field.levels().size(), written.field.levels().size());
@@ -116,7 +120,7 @@ TEST(FieldFile, EveryChangedByteIsNoticed) {
     CounterRandom random(1, 2, static_cast<std::uint64_t>(trial));
     std::string changed = bytes;
     const std::size_t at =
-        trial < 88 ? static_cast<std::size_t>(trial)
+        trial < 96 ? static_cast<std::size_t>(trial)
                    : static_cast<std::size_t>(random.uniform() * static_cast<double>(bytes.size()));
     changed[at] = static_cast<char>(changed[at] ^ static_cast<char>(1 + random.bits() % 255));
     write_bytes(path, changed);
@@ -132,20 +136,21 @@ TEST(FieldFile, AHeadThatLiesIsRefusedBeforeAnythingIsAllocated) {
   write_field(path, small_field());
   const std::string bytes = bytes_of(path);
   const std::vector<std::pair<std::string, std::function<void(std::string&)>>> lies{
-      {"bricks", [](std::string& b) { put<std::uint64_t>(b, 56, std::uint64_t{1} << 60); }},
-      {"length", [](std::string& b) { put<std::uint64_t>(b, 64, ~std::uint64_t{0}); }},
-      {"levels", [](std::string& b) { put<std::uint32_t>(b, 44, 0xffffffffu); }},
-      {"crs", [](std::string& b) { put<std::uint32_t>(b, 48, 0xfffffff0u); }},
+      {"bricks", [](std::string& b) { put<std::uint64_t>(b, 64, std::uint64_t{1} << 60); }},
+      {"length", [](std::string& b) { put<std::uint64_t>(b, 72, ~std::uint64_t{0}); }},
+      {"levels", [](std::string& b) { put<std::uint32_t>(b, 52, 0xffffffffu); }},
+      {"crs", [](std::string& b) { put<std::uint32_t>(b, 56, 0xfffffff0u); }},
       {"step", [](std::string& b) { put<double>(b, 16, 0.0); }},
       {"step", [](std::string& b) { put<double>(b, 16, std::nan("")); }},
       {"tile", [](std::string& b) { put<std::int32_t>(b, 24, 100); }},
       {"tile", [](std::string& b) { put<std::int32_t>(b, 24, std::numeric_limits<int>::min()); }},
-      {"ramp", [](std::string& b) { put<std::int32_t>(b, 40, -3); }},
+      {"heights", [](std::string& b) { put<std::int32_t>(b, 40, 1000); }},
+      {"ramp", [](std::string& b) { put<std::int32_t>(b, 48, -3); }},
       {"version", [](std::string& b) { put<std::uint32_t>(b, 8, 2); }},
       {"kind", [](std::string& b) { put<std::uint32_t>(b, 12, 7); }},
-      {"level", [](std::string& b) { put<std::uint64_t>(b, 88 + 14, 1u << 30); }},
-      {"order", [](std::string& b) { put<std::int32_t>(b, 88 + 14 + 8, 1000); }},
-      {"far", [](std::string& b) { put<std::int32_t>(b, 88 + 14 + 8, -(1 << 30)); }},
+      {"level", [](std::string& b) { put<std::uint64_t>(b, 96 + 14, 1u << 30); }},
+      {"order", [](std::string& b) { put<std::int32_t>(b, 96 + 14 + 8, 1000); }},
+      {"far", [](std::string& b) { put<std::int32_t>(b, 96 + 14 + 8, -(1 << 30)); }},
       {"value", [](std::string& b) { put<float>(b, b.size() - 4, std::nanf("")); }},
       {"value",
        [](std::string& b) { put<float>(b, b.size() - 4, std::numeric_limits<float>::infinity()); }},
