@@ -14,6 +14,7 @@ namespace cornice::pictures {
 namespace {
 
 const Vec3f kLight = normalized(Vec3f{-0.5f, 0.5f, 0.7071f});
+const Vec3f kFill = normalized(Vec3f{0.3f, -0.9f, 0.3f});
 constexpr Rgb kGround{205, 200, 190};
 constexpr Rgb kTurnedOver{220, 60, 60};
 
@@ -37,9 +38,12 @@ const FloatProperty* find_support(const Mesh& mesh) {
   return nullptr;
 }
 
+/// The sun, a weak light from across it and from above, so that walls in the shade show their form.
 Rgb lit_colour(Rgb base, Vec3f normal) {
-  const float lambert = std::max(0.0f, dot(normalized(normal), kLight));
-  return shaded(base, 0.28f + 0.85f * lambert);
+  const Vec3f n = normalized(normal);
+  const float sun = std::max(0.0f, dot(n, kLight));
+  const float fill = std::max(0.0f, dot(n, kFill));
+  return shaded(base, 0.3f + 0.08f * n.z + 0.72f * sun + 0.22f * fill);
 }
 
 /// Fills one triangle; `turned` says that its back is towards the viewer.

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "bench/survey_run/survey_run.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "bench/bench_json.h"
+#include "core/base/error.h"
+
+namespace cornice::bench {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+std::string quoted(const fs::path& path) { return "'" + path.string() + "'"; }
+
+void run_program(const std::string& command, const fs::path& log) {
+  const std::string line = command + " >" + quoted(log) + " 2>&1";
+  if (std::system(line.c_str()) != 0)
+    throw RunError(command, "failed; what it said is in " + log.string());
+}
+
+json read_json(const fs::path& path) {
+  std::ifstream file(path);
+  return json::parse(file);
+}
+
+void fly(const SurveyRunPlan& plan, const fs::path& programs, const fs::path& scenes,
+         const fs::path& folder) {
+  const std::string side = std::to_string(plan.tiles_a_side);
+  run_program(quoted(programs / "cornice-simulate") + " " +
+                  quoted(scenes / (plan.scene + ".yaml")) + " -o " + quoted(folder / "survey") +
+                  " --product lidarhd --tiles " + side + "x" + side + " --tile-size " +
+                  std::to_string(plan.tile_m) + " --density " + std::to_string(plan.density) +
+                  " --noise 0.03 --seed " + std::to_string(plan.seed) +
+                  " --truth none --truth-dem-step 0 --no-progress --threads " +
+                  std::to_string(plan.threads),
+              folder / "simulate.log");
+}
+
+std::map<std::string, StageCost> read_costs(const fs::path& reports) {
+  std::map<std::string, StageCost> costs;
+  for (const auto& stage : fs::directory_iterator(reports)) {
+    StageCost& cost = costs[stage.path().filename().string()];
+    for (const auto& entry : fs::directory_iterator(stage.path())) {
+      const json report = read_json(entry.path());
+      cost.seconds += report.at("seconds").get<double>();
+      cost.gib = std::max(cost.gib, report.at("peak_memory_bytes").get<double>() / 0x1p30);
+      ++cost.jobs;
+    }
+  }
+  return costs;
+}
+
+}  // namespace
+
+ScratchFolder::ScratchFolder(const std::string& name)
+    : path_(fs::temp_directory_path() / (name + "-" + std::to_string(::getpid()))) {
+  fs::create_directories(path_);
+}
+
+ScratchFolder::~ScratchFolder() {
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
+}
+
+double SurveyRun::seconds() const {
+  double sum = 0.0;
+  for (const auto& [name, cost] : stages) sum += cost.seconds;
+  return sum;
+}
+
+double SurveyRun::gib() const {
+  double most = 0.0;
+  for (const auto& [name, cost] : stages) most = std::max(most, cost.gib);
+  return most;
+}
+
+SurveyRun run_survey(const SurveyRunPlan& plan, const fs::path& programs, const fs::path& scenes,
+                     const fs::path& folder) {
+  fs::remove_all(folder);
+  fs::create_directories(folder);
+  fly(plan, programs, scenes, folder);
+  const fs::path output = folder / "output";
+  std::ofstream(folder / "survey.yaml") << "tiles: [survey]\noutput: output\nproduct: lidarhd\n";
+  SurveyRun run;
+  run.wall_s = seconds_of([&] {
+    run_program(quoted(programs / "cornice") + " run " + quoted(folder / "survey.yaml") +
+                    " --no-progress --jobs 1 --threads " + std::to_string(plan.threads),
+                folder / "run.log");
+  });
+  run.stages = read_costs(output / "reports");
+  for (const json& tile : read_json(output / "survey.json").at("tiles"))
+    run.points += tile.at("points").get<std::uint64_t>();
+  return run;
+}
+
+}  // namespace cornice::bench
