@@ -34,6 +34,30 @@ const char* product_name(sim::SurveyProduct product) {
   return product == sim::SurveyProduct::kLidarHd ? "lidarhd" : "swiss";
 }
 
+void print_lines(const lines::SurveyLines& found, const Score& score) {
+  for (const bench::LineScore& each : score.each) {
+    const lines::LineEstimate& e = found.lines[each.id - 1];
+    const double n = static_cast<double>(std::max<std::size_t>(1, each.nodes));
+    std::printf(
+        "    %u: %.1f s, %llu points, angles %.0f..%.0f, %s (%zu pulses, %zu pairs), error across "
+        "%.3f +- %.3f deg, plan %.2f +- %.2f m, height %.2f +- %.2f m, residuals: angle %.4f scan "
+        "%.4f deg, pair %.2f, cone %.3f +- %.3f %s\n",
+        each.id, e.line.last_time_s - e.line.first_time_s,
+        static_cast<unsigned long long>(e.points), e.min_angle_deg, e.max_angle_deg,
+        e.method.c_str(), e.pulses_used, e.pairs_used, each.across_error_deg,
+        e.line.across_standard_error_deg,
+        std::sqrt((each.square_sum - each.vertical_square_sum) / n), e.position_error_m,
+        std::sqrt(each.vertical_square_sum / n), e.height_error_m, e.angle_residual_deg,
+        e.scan_residual_deg, e.pair_residual, e.cone_deg, e.cone_error_deg,
+        e.line.beam_reason.c_str());
+  }
+}
+
+/// True where no choice was made.
+bool is_asked(const std::vector<std::string>& asked, const std::string& name) {
+  return asked.empty() || std::find(asked.begin(), asked.end(), name) != asked.end();
+}
+
 struct Totals {
   Score fine, whole;
 };
@@ -57,12 +81,7 @@ void run_survey(const sim::SurveyOptions& options, const sim::Scene& scene, bool
           score.azimuth_error_deg, score.rms_m(), score.horizontal_m(), score.vertical_m(),
           score.split_errors, score.without_path, 1e-6 * static_cast<double>(flown.points()),
           seconds);
-      if (show_lines)
-        for (const lines::LineEstimate& e : found.lines)
-          std::printf("    %u: %.1f..%.1f s, %s, sigma %.2f %.2f m, angle %.4f scan %.4f %s\n",
-                      e.line.id, e.line.first_time_s, e.line.last_time_s, e.method.c_str(),
-                      e.position_error_m, e.height_error_m, e.angle_residual_deg,
-                      e.scan_residual_deg, e.line.beam_reason.c_str());
+      if (show_lines) print_lines(found, score);
       if (zero) continue;
       const std::string suffix = "_" + name + (whole ? "_whole" : "_fine");
       result.figure("azimuth_error_deg" + suffix, score.azimuth_error_deg);
@@ -93,6 +112,7 @@ double points_per_second(const sim::Scene& scene, const sim::SurveyOptions& base
 int main(int argc, char** argv) {
   std::vector<std::string> scenes;
   double density = 1.0;
+  std::vector<std::string> scanners, products;
   bool show_lines = false;
   return bench::run(
       "flightlines", "Flight lines and sensor paths against the truth of simulated surveys", argc,
@@ -100,6 +120,8 @@ int main(int argc, char** argv) {
       [&](CLI::App& app) {
         app.add_option("--scene", scenes, "scenes by name (alp valley; with --quick valley)");
         app.add_option("--density", density, "points/m2 of the surveys");
+        app.add_option("--scanner", scanners, "oscillating, polygon, palmer (all)");
+        app.add_option("--product", products, "lidarhd, swiss (both)");
         app.add_flag("--lines", show_lines, "prints every line");
       },
       [&](const bench::Options& options, bench::Result& result) {
@@ -124,15 +146,20 @@ int main(int argc, char** argv) {
                                      sim::ScannerPattern::kPolygon, sim::ScannerPattern::kPalmer})
             for (const auto product :
                  {sim::SurveyProduct::kSwissSurface3d, sim::SurveyProduct::kLidarHd}) {
+              if (!is_asked(scanners, sim::scanner_name(pattern)) ||
+                  !is_asked(products, product_name(product)))
+                continue;
               survey.scanner.pattern = pattern;
               survey.product = product;
               run_survey(survey, *scene, show_lines, options, totals, result);
             }
-          if (rate == 0.0)
-            rate = points_per_second(*scene, survey, options, options.quick ? 200.0 : 500.0, 20.0);
+          if (rate == 0.0 && !show_lines)
+            rate = points_per_second(*scene, survey, options, options.quick ? 200.0 : 1000.0, 20.0);
         }
         result.figure("azimuth_error_deg_max",
                       std::max(totals.fine.azimuth_error_deg, totals.whole.azimuth_error_deg));
+        result.figure("crab_error_deg_max",
+                      std::max(totals.fine.crab_error_deg, totals.whole.crab_error_deg));
         result.figure("sensor_rms_m_fine", totals.fine.rms_m());
         result.figure("sensor_rms_m_whole", totals.whole.rms_m());
         result.figure("split_errors", totals.fine.split_errors + totals.whole.split_errors);

@@ -47,9 +47,14 @@ void fly_pass(const sim::SurveySetup& setup, std::size_t pass, int threads, Flow
   }
 }
 
-/// Mean direction of the nose over the points of a line, plus 90.
-double true_across_deg(const sim::Survey& survey, const sim::SurveyLine& line,
-                       const sim::LineTally& tally) {
+/// What a line flew: the mean direction of the nose plus 90, and the course over ground.
+struct TrueAzimuths {
+  double across_deg = 0.0;
+  double along_deg = 0.0;
+};
+
+TrueAzimuths true_azimuths(const sim::Survey& survey, const sim::SurveyLine& line,
+                           const sim::LineTally& tally) {
   double east = 0.0, north = 0.0;
   for (const sim::TrajectoryPose& pose : survey.trajectory.poses()) {
     if (pose.pass != line.pass || pose.gps_time_s < tally.true_first_time_s ||
@@ -58,7 +63,10 @@ double true_across_deg(const sim::Survey& survey, const sim::SurveyLine& line,
     east += std::sin(pose.heading_deg * kRadians);
     north += std::cos(pose.heading_deg * kRadians);
   }
-  return std::atan2(east, north) / kRadians + 90.0;
+  const auto pass = static_cast<std::size_t>(line.pass);
+  const Vec3d flown = survey.trajectory.at(pass, tally.true_last_time_s).position -
+                      survey.trajectory.at(pass, tally.true_first_time_s).position;
+  return {std::atan2(east, north) / kRadians + 90.0, std::atan2(flown.x, flown.y) / kRadians};
 }
 
 void score_line(const sim::Survey& survey, const sim::SurveyLine& truth,
@@ -67,19 +75,26 @@ void score_line(const sim::Survey& survey, const sim::SurveyLine& truth,
   ++score.lines;
   score.without_path += found.line.beam_source != BeamSource::kTrajectory;
   score.sign_errors += found.line.scan_angle_sign != truth.angle_sign;
-  const double error =
-      std::remainder(found.line.across_azimuth_deg - true_across_deg(survey, truth, tally), 360.0);
+  const TrueAzimuths azimuths = true_azimuths(survey, truth, tally);
+  const double error = std::remainder(found.line.across_azimuth_deg - azimuths.across_deg, 360.0);
+  const double crab = azimuths.across_deg - azimuths.along_deg - 90.0;
+  score.crab_error_deg = std::max(score.crab_error_deg,
+                                  std::abs(std::remainder(found.perpendicular_deg - crab, 360.0)));
   score.azimuth_error_deg = std::max(score.azimuth_error_deg, std::abs(error));
+  LineScore each{found.line.id, error, 0.0, 0.0, found.line.nodes.size()};
   for (const TrajectoryNode& node : found.line.nodes) {
     const double time =
         std::clamp(node.gps_time_s + shift_s, tally.true_first_time_s, tally.true_last_time_s);
     // A strip that is moved as a whole takes its sensor along.
     const Vec3d d = node.position - truth.offset -
                     survey.trajectory.at(static_cast<std::size_t>(truth.pass), time).position;
-    score.square_sum += dot(d, d);
-    score.horizontal_sum += d.x * d.x + d.y * d.y;
-    ++score.nodes;
+    each.square_sum += dot(d, d);
+    each.vertical_square_sum += d.z * d.z;
   }
+  score.square_sum += each.square_sum;
+  score.horizontal_sum += each.square_sum - each.vertical_square_sum;
+  score.nodes += each.nodes;
+  score.each.push_back(each);
 }
 
 bool is_same_channel(const sim::SurveyLine& truth, const FlightLine& line) {
@@ -129,12 +144,9 @@ lines::SurveyLines find_lines(const std::vector<PointCloud>& tiles, int threads,
   lines::BinSet bins;
   lines::SheetPairs pairs;
   for (const PointCloud& tile : tiles) {
-    lines::TileBinner binner;
-    lines::TileOverlap overlap(tile.origin, 10.0);
-    binner.add(tile);
-    overlap.add(tile);
-    lines::merge_bins(bins, binner.finish("tile"), options.sample);
-    lines::merge_pairs(pairs, overlap.finish());
+    lines::TileReader reader(options, options.sample, tile.origin, 10.0);
+    reader.add(tile);
+    reader.finish("tile", bins, pairs);
   }
   lines::estimate_survey(std::move(bins), pairs, options, survey);
   seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -143,6 +155,7 @@ lines::SurveyLines find_lines(const std::vector<PointCloud>& tiles, int threads,
 
 void Score::add(const Score& other) {
   azimuth_error_deg = std::max(azimuth_error_deg, other.azimuth_error_deg);
+  crab_error_deg = std::max(crab_error_deg, other.crab_error_deg);
   square_sum += other.square_sum;
   horizontal_sum += other.horizontal_sum;
   nodes += other.nodes;

@@ -34,8 +34,18 @@ FlownSurvey fly_in_memory(const simulate::SurveyOptions& options, const simulate
 flightlines::SurveyLines find_lines(const std::vector<PointCloud>& tiles, int threads,
                                     double& seconds);
 
+/// How one line came out.
+struct LineScore {
+  std::uint32_t id = 0;           ///< of the line found
+  double across_error_deg = 0.0;  ///< found minus true
+  double square_sum = 0.0;        ///< of its nodes' position errors, m2
+  double vertical_square_sum = 0.0;
+  std::size_t nodes = 0;
+};
+
 struct Score {
   double azimuth_error_deg = 0.0;  ///< largest
+  double crab_error_deg = 0.0;     ///< largest, of the angle between the azimuths less 90
   double square_sum = 0.0;         ///< of all nodes' position errors, m2
   double horizontal_sum = 0.0;
   std::size_t nodes = 0;
@@ -43,6 +53,7 @@ struct Score {
   int sign_errors = 0;
   int without_path = 0;
   int lines = 0;
+  std::vector<LineScore> each;  ///< of this survey alone: add() leaves it
 
   void add(const Score& other);
   double per_node(double sum) const {

@@ -5,17 +5,20 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 #include <optional>
+
+#include "stages/flightlines/robust.h"
 
 namespace cornice::flightlines {
 namespace {
 
-constexpr double kRadians = std::numbers::pi / 180.0;
 /// Across azimuth known worse than this is of no use for a beam.
 constexpr double kMostAcrossErrorDeg = 10.0;
 /// Both signs fit equally well below this gain in log likelihood a pulse.
 constexpr double kSignGain = 0.02;
+/// Swaths that tell the sign by the side their angles grow to: surely, and where nothing else does.
+constexpr double kWideDeg = 10.0;
+constexpr double kNarrowDeg = 4.0;
 /// Recorded angles that keep to a path of first-last lines within this may help it.
 constexpr double kAgreeFineDeg = 0.25;
 constexpr double kAgreeWholeDeg = 0.6;
@@ -28,13 +31,6 @@ double wrapped_360(double degrees) {
 
 double azimuth_of(double east, double north) {
   return wrapped_360(std::atan2(east, north) / kRadians);
-}
-
-double median_of(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 std::string format(const char* text, double a, double b = 0.0) {
@@ -168,19 +164,25 @@ AngleUse find_sign(const LinePass& pass, const TrackFit& track, const Trajectory
   // A reliable track with a wide swath needs no trial: positive angles lie on one side of it.
   const Vec3d right{track.velocity.y, -track.velocity.x, 0.0};
   const double side = dot(track.across, normalized(right));
-  const bool wide = estimate.max_angle_deg - estimate.min_angle_deg > 10.0;
-  if (track.is_reliable() && wide && std::abs(side) > 100.0 && std::abs(side) < 8000.0 &&
-      std::abs(side) > 0.8 * norm(track.across)) {
+  const double width = static_cast<double>(estimate.max_angle_deg - estimate.min_angle_deg);
+  const bool tells = track.is_reliable() && std::abs(side) > 100.0 && std::abs(side) < 8000.0 &&
+                     std::abs(side) > 0.8 * norm(track.across);
+  const AngleUse by_track{side > 0.0 ? 1 : -1, true};
+  if (tells && width > kWideDeg) {
     estimate.sign_from = "track";
-    return {side > 0.0 ? 1 : -1, true};
+    return by_track;
   }
   const PathEstimate plus = solve_path(pass, track, 1, ScanModel::kNone, options);
   const PathEstimate minus = solve_path(pass, track, -1, ScanModel::kNone, options);
   if (!plus.is_valid || !minus.is_valid) return {0, false};
   const double gain = badness(minus) - badness(plus);
-  if (std::abs(gain) < kSignGain) return {0, false};
-  estimate.sign_from = plus.pairs >= 12 ? "pairs and angles" : "angles";
-  return {gain > 0.0 ? 1 : -1, true};
+  if (std::abs(gain) > kSignGain) {
+    estimate.sign_from = plus.pairs >= 12 ? "pairs and angles" : "angles";
+    return {gain > 0.0 ? 1 : -1, true};
+  }
+  if (!tells || width < kNarrowDeg) return {0, false};
+  estimate.sign_from = "track";
+  return by_track;
 }
 
 /// The path by all that agrees with each other; fills the sign.
@@ -305,6 +307,7 @@ void fill_path(const LinePass& pass, const PathEstimate& path, LineEstimate& est
   estimate.pulses_used = path.pulses;
   estimate.pairs_used = path.pairs;
   estimate.cone_deg = path.model == ScanModel::kCone ? path.cone_deg : 0.0;
+  estimate.cone_error_deg = path.cone_error_deg;
   estimate.angle_offset_deg = path.angle_offset_deg;
   estimate.angle_residual_deg = path.angle_residual_deg;
   estimate.scan_residual_deg = path.scan_residual_deg;
@@ -337,7 +340,11 @@ bool accept_path(const PathEstimate& path, const AcceptOptions& accept, LineEsti
   check("speed_ms", estimate.speed_ms, accept.least_speed_ms, accept.most_speed_ms);
   check("position_error_m", estimate.position_error_m, 0.0,
         accept.most_error_share * std::max(estimate.height_m, 1.0));
-  check("height_error_m", estimate.height_error_m, 0.0,
+  // A clip of a second whose angles are whole degrees: errors that its pulses share are far greater
+  // than those that their scatter shows.
+  const bool is_clip = estimate.angle_step_deg > 0.0 &&
+                       estimate.line.last_time_s - estimate.line.first_time_s < accept.clip_s;
+  check("height_error_m", (is_clip ? accept.clip_error_factor : 1.0) * estimate.height_error_m, 0.0,
         accept.most_height_share * std::max(estimate.height_m, 1.0));
   if (path.pulses > 0) {
     check("angle_residual_deg", path.angle_residual_deg, 0.0, accept.most_angle_residual_deg);
@@ -420,9 +427,12 @@ void fill_perpendicular(LineEstimate& estimate) {
 }
 
 void store_nodes(const PathEstimate& path, FlightLine& line) {
+  constexpr double kStoredStepS = 0.5;
+  const double step = path.nodes[1].time_s - path.nodes[0].time_s;
+  const auto each = static_cast<std::size_t>(std::max(1.0, std::round(kStoredStepS / step)));
   for (std::size_t i = 0; i < path.nodes.size(); ++i) {
-    // Every second node: attitude needs the finer step, the path does not.
-    if (i % 2 == 1 && i + 1 != path.nodes.size()) continue;
+    // Half a second apart: attitude needs the finer step, the path does not.
+    if (i % each != 0 && i + 1 != path.nodes.size()) continue;
     const PathNode& from = path.nodes[i];
     TrajectoryNode node;
     node.gps_time_s = from.time_s;
@@ -444,7 +454,10 @@ LineEstimate estimate_line(const LinePass& pass, const TrajectoryOptions& option
     return estimate;
   }
   const TrackFit track = fit_track(pass.bins, 0, pass.bins.size());
-  const PathEstimate path = best_path(pass, track, options, accept, estimate);
+  PathEstimate path = best_path(pass, track, options, accept, estimate);
+  if (path.is_valid)
+    path = refine_path(pass, track, path.pulses > 0 ? estimate.line.scan_angle_sign : 0, path,
+                       options);
   if (!path.is_valid) {
     use_angles(pass, track, "too few pulses for a path", estimate);
     fill_perpendicular(estimate);
@@ -459,6 +472,39 @@ LineEstimate estimate_line(const LinePass& pass, const TrajectoryOptions& option
   }
   fill_perpendicular(estimate);
   return estimate;
+}
+
+SharedCone shared_cone(const std::vector<LineEstimate>& lines) {
+  // Systematic errors of one line; what standard errors below it say is not believed.
+  constexpr double kLeastErrorDeg = 0.003;
+  constexpr double kMostErrorDeg = 0.05;
+  constexpr double kMostSpreadDeg = 0.1;
+  SharedCone shared;
+  double low = 1e9, high = -1e9, sum = 0.0, weights = 0.0;
+  for (const LineEstimate& line : lines) {
+    if (line.line.beam_source != BeamSource::kTrajectory || line.scan_model != ScanModel::kCone ||
+        line.cone_error_deg > kMostErrorDeg)
+      continue;
+    const double error = std::max(line.cone_error_deg, kLeastErrorDeg);
+    low = std::min(low, line.cone_deg);
+    high = std::max(high, line.cone_deg);
+    sum += line.cone_deg / (error * error);
+    weights += 1.0 / (error * error);
+    ++shared.lines;
+  }
+  if (shared.lines == 0 || high - low > kMostSpreadDeg) return {};
+  shared.cone_deg = sum / weights;
+  shared.sigma_deg = kLeastErrorDeg;
+  return shared;
+}
+
+bool needs_cone(const LineEstimate& line, const SharedCone& cone) {
+  constexpr double kPoorHeightShare = 0.005;
+  if (cone.lines == 0 || !line.line.has_time || line.method.empty()) return false;
+  const bool is_poor = line.line.beam_source != BeamSource::kTrajectory ||
+                       line.height_error_m > kPoorHeightShare * line.height_m;
+  return is_poor && (line.scan_model != ScanModel::kCone ||
+                     std::abs(line.cone_deg - cone.cone_deg) < 10.0 * line.cone_error_deg + 0.5);
 }
 
 std::size_t settle_unknown_signs(std::vector<LineEstimate>& lines) {

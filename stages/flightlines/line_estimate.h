@@ -20,6 +20,8 @@ struct AcceptOptions {
   double most_speed_ms = 150.0;
   double most_error_share = 0.03;  ///< horizontal standard error / height: 1.7 degrees of beam
   double most_height_share = 0.2;  ///< standard error of the height / height
+  double clip_s = 2.0;  ///< shorter lines with whole degrees have their height error times the next
+  double clip_error_factor = 50.0;       ///< met on the worst real clips
   double most_angle_residual_deg = 0.6;  ///< robust scale against the recorded angle
   double most_angle_offset_deg = 1.0;
   std::size_t enough_pairs = 200;    ///< make a path without the angles' help
@@ -52,6 +54,7 @@ struct LineEstimate {
   double pulse_rate_hz = 0.0;   ///< 0 where not known
   double lean_deg = 0.0;        ///< of the beams, fore positive; of a cone: of its axis
   double cone_deg = 0.0;        ///< half angle of a conical scanner, else 0
+  double cone_error_deg = 0.0;  ///< its standard error, from this line alone
   int looks = 1;                ///< 2: the ground is seen fore and aft
   double angle_offset_deg = 0.0;
   double angle_residual_deg = 0.0;
@@ -68,6 +71,18 @@ struct LineEstimate {
 /// Estimates one pass. Coordinates are metres.
 LineEstimate estimate_line(const LinePass& pass, const TrajectoryOptions& options = {},
                            const AcceptOptions& accept = {});
+
+/// Half angle of a cone that lines of a survey share.
+struct SharedCone {
+  double cone_deg = 0.0;
+  double sigma_deg = 0.0;
+  std::size_t lines = 0;  ///< that know it well; 0: none do, or they differ
+};
+SharedCone shared_cone(const std::vector<LineEstimate>& lines);
+
+/// True for lines that know their place so badly that the cone of the others helps them, and do not
+/// contradict it.
+bool needs_cone(const LineEstimate& line, const SharedCone& cone);
 
 /// Lines whose sign no pulse of theirs tells take the sign that all other lines of the survey
 /// share, and say so; returns how many.

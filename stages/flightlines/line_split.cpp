@@ -4,13 +4,13 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
+
+#include "stages/flightlines/robust.h"
 
 namespace cornice::flightlines {
 namespace {
 
-constexpr double kRadians = std::numbers::pi / 180.0;
 constexpr double kWeek = 604800.0;
 constexpr auto kWeekBins = static_cast<std::int64_t>(kWeek / kBinSeconds);
 /// Pulses of a bin that a track is fitted to; more would not move it.
@@ -44,12 +44,6 @@ std::vector<Sample> samples_of(const std::vector<const PulseBin*>& bins, std::si
                          bins[i]->origin - origin + pulse.last.cast<double>()});
   }
   return samples;
-}
-
-double median_of(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 using Coefficients = Eigen::Matrix<double, 3, 2>;
@@ -223,7 +217,8 @@ TrackFit fit_track(const std::vector<const PulseBin*>& bins, std::size_t begin, 
       residuals[i] = std::hypot(samples[i].p.x - predicted(0), samples[i].p.y - predicted(1));
     }
     std::vector<double> sorted = residuals;
-    fit.residual_m = std::max(0.01, median_of(sorted) / 1.177);  // median of a 2D normal's radius
+    fit.residual_m =
+        std::max(0.01, median_in_place(sorted) / 1.177);  // median of a 2D normal's radius
     for (std::size_t i = 0; i < samples.size(); ++i) {
       const double ratio = residuals[i] / (3.0 * fit.residual_m);
       weights[i] = 1.0 / (1.0 + ratio * ratio);

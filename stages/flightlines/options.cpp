@@ -15,8 +15,8 @@ std::vector<Option> describe_options(SurveyOptions& o) {
       Option("speed-ms", o.trajectory.speed_ms, "expected speed over ground, +- 30")
           .range(10, 150)
           .unit("m/s"),
-      Option("node-step-s", o.trajectory.node_step_s, "step of the path while it is estimated")
-          .range(0.05, 2)
+      Option("node-step-s", o.trajectory.fine_node_step_s, "step of the path while it is estimated")
+          .range(0.02, 0.25)
           .unit("s")
           .advanced(),
       Option("attitude-walk-deg", o.trajectory.attitude_walk_deg,

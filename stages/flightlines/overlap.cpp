@@ -69,11 +69,11 @@ void TileOverlap::add(const PointCloud& points, double metres, double metres_up)
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!takes_part(points, i)) continue;
     const SheetKey key{{points.point_source_id[i], points.scanner_channel[i], 0},
-                       static_cast<std::int64_t>(std::floor(points.gps_time_s[i] / kSheetSeconds))};
+                       floor_of(points.gps_time_s[i] / kSheetSeconds)};
     const double x = (static_cast<double>(points.positions[i].x) * metres + shift.x) * to_cell;
     const double y = (static_cast<double>(points.positions[i].y) * metres + shift.y) * to_cell;
-    const auto column = static_cast<std::int64_t>(std::floor(x));
-    const auto row = static_cast<std::int64_t>(std::floor(y));
+    const std::int64_t column = floor_of(x);
+    const std::int64_t row = floor_of(y);
     // Floor division by the block size; two's complement shifts do it for negatives too.
     const auto code = (static_cast<std::uint64_t>(static_cast<std::uint32_t>(column >> 5)) << 32) |
                       static_cast<std::uint32_t>(row >> 5);

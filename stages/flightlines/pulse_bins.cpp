@@ -41,9 +41,31 @@ void add_return(Pulse& pulse, const Pulse& one) {
   }
 }
 
+std::uint32_t hash_of(double time_s) {
+  return static_cast<std::uint32_t>(mix64(std::bit_cast<std::uint64_t>(time_s)) >> 32);
+}
+
+/// Points without times are told apart by their place.
+std::uint32_t hash_of(Vec3f p) {
+  const std::uint64_t high = std::uint64_t{std::bit_cast<std::uint32_t>(p.y)} << 32;
+  return static_cast<std::uint32_t>(mix64(mix64(std::bit_cast<std::uint32_t>(p.x)) ^
+                                          (high | std::bit_cast<std::uint32_t>(p.z))) >>
+                                    32);
+}
+
+bool is_fractional(float angle_deg) {
+  const auto nearest = static_cast<int>(angle_deg < 0.0f ? angle_deg - 0.5f : angle_deg + 0.5f);
+  return std::abs(angle_deg - static_cast<float>(nearest)) > kWholeDegreeSlack;
+}
+
+/// False where a full sample holds smaller hashes only.
+bool may_enter(const std::vector<Pulse>& heap, std::size_t capacity, std::uint32_t hash) {
+  return heap.size() < capacity || (capacity > 0 && hash <= heap.front().hash);
+}
+
 /// Keeps the pulses with the smallest hashes: a uniform sample that does not depend on the order.
 void offer(std::vector<Pulse>& heap, std::size_t capacity, const Pulse& pulse) {
-  if (heap.size() >= capacity && (capacity == 0 || pulse.hash > heap.front().hash)) return;
+  if (!may_enter(heap, capacity, pulse.hash)) return;
   for (Pulse& kept : heap) {
     if (kept.hash == pulse.hash && kept.time_s == pulse.time_s) {
       add_return(kept, pulse);
@@ -174,8 +196,7 @@ void TileBinner::add(const PointCloud& points, double metres, double metres_up) 
     }
     const LineKey key{points.point_source_id[i], points.scanner_channel[i],
                       user_data_values_ > kUserDataLimit ? std::uint8_t{0} : user_data};
-    const std::int64_t index =
-        timeless ? kTimelessBin : static_cast<std::int64_t>(std::floor(time_s / kBinSeconds));
+    const std::int64_t index = timeless ? kTimelessBin : floor_of(time_s / kBinSeconds);
     PulseBin& bin = bin_of(key, index, origin);
     ++bin.points;
     bin.first_time_s = std::min(bin.first_time_s, time_s);
@@ -183,8 +204,22 @@ void TileBinner::add(const PointCloud& points, double metres, double metres_up) 
     const float angle = points.scan_angle_deg[i];
     bin.min_angle_deg = std::min(bin.min_angle_deg, angle);
     bin.max_angle_deg = std::max(bin.max_angle_deg, angle);
-    bin.fractional_angles |= std::abs(angle - std::nearbyint(angle)) > kWholeDegreeSlack;
+    bin.fractional_angles = bin.fractional_angles || is_fractional(angle);
 
+    const std::uint8_t number = points.return_number[i], count = points.return_count[i];
+    const bool plausible = number > 0 && number <= count;
+    set_.invalid[static_cast<std::size_t>(Invalid::kReturnNumber)] += !plausible;
+    const std::uint32_t hash = timeless ? hash_of(points.positions[i]) : hash_of(time_s);
+    if (!timeless) {
+      const double into = time_s - static_cast<double>(index) * kBinSeconds;
+      if (into < kBurstSeconds && bin.burst_offset.size() < kBurstLimit)
+        bin.burst_offset.push_back(static_cast<float>(into));
+    }
+    // Of a dense survey nearly every pulse ends here.
+    const bool multiple = !timeless && plausible && count > 1;
+    const bool into_any = may_enter(bin.any, size_.any, hash);
+    const bool into_multiple = multiple && may_enter(bin.multiple, size_.multiple, hash);
+    if (!into_any && !into_multiple) continue;
     Pulse pulse;
     pulse.time_s = time_s;
     const Vec3f p = points.positions[i];
@@ -194,22 +229,11 @@ void TileBinner::add(const PointCloud& points, double metres, double metres_up) 
       pulse.first = (pulse.first.cast<double>() + (origin - bin.origin)).cast<float>();
     pulse.last = pulse.first;
     pulse.angle_deg = angle;
-    pulse.first_return = pulse.last_return = points.return_number[i];
-    pulse.return_count = points.return_count[i];
-    const bool plausible = pulse.first_return > 0 && pulse.first_return <= pulse.return_count;
-    if (!plausible) ++set_.invalid[static_cast<std::size_t>(Invalid::kReturnNumber)];
-    const std::uint64_t bits = timeless
-                                   ? mix64(mix64(std::bit_cast<std::uint32_t>(p.x)) ^
-                                           (std::uint64_t{std::bit_cast<std::uint32_t>(p.y)} << 32 |
-                                            std::bit_cast<std::uint32_t>(p.z)))
-                                   : mix64(std::bit_cast<std::uint64_t>(time_s));
-    pulse.hash = static_cast<std::uint32_t>(bits >> 32);
-    offer(bin.any, size_.any, pulse);
-    if (timeless) continue;
-    if (plausible && pulse.return_count > 1) offer(bin.multiple, size_.multiple, pulse);
-    const double into = time_s - static_cast<double>(index) * kBinSeconds;
-    if (into < kBurstSeconds && bin.burst_offset.size() < kBurstLimit)
-      bin.burst_offset.push_back(static_cast<float>(into));
+    pulse.first_return = pulse.last_return = number;
+    pulse.return_count = count;
+    pulse.hash = hash;
+    if (into_any) offer(bin.any, size_.any, pulse);
+    if (into_multiple) offer(bin.multiple, size_.multiple, pulse);
   }
 }
 

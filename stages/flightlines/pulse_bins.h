@@ -22,6 +22,12 @@ inline constexpr double kBinSeconds = 0.5;
 /// Index of the bin that holds points without a usable time.
 inline constexpr std::int64_t kTimelessBin = std::numeric_limits<std::int64_t>::min();
 
+/// floor(x) for what fits 64 bits; without SSE 4.1 std::floor is a call.
+inline std::int64_t floor_of(double x) {
+  const auto whole = static_cast<std::int64_t>(x);
+  return whole - (static_cast<double>(whole) > x);
+}
+
 /// What points of one line share, as far as a single point tells.
 struct LineKey {
   std::uint16_t id = 0;  ///< point source id

@@ -48,10 +48,10 @@ TileCounts read_tile(const LasInfo& info, const Units& units, const SurveyOption
                      Progress& progress) {
   const double area = std::max(
       1.0, info.bounds.plan().width() * info.bounds.plan().height() * units.plan * units.plan);
-  TileBinner binner(sample);
-  TileOverlap overlap({info.bounds.min.x * units.plan, info.bounds.min.y * units.plan,
-                       info.bounds.min.z * units.up},
-                      static_cast<double>(info.point_count) / area);
+  TileReader tile(options, sample,
+                  {info.bounds.min.x * units.plan, info.bounds.min.y * units.plan,
+                   info.bounds.min.z * units.up},
+                  static_cast<double>(info.point_count) / area);
   LasReadOptions read;
   read.attributes = kNeeded;
   read.threads = options.threads;
@@ -60,16 +60,14 @@ TileCounts read_tile(const LasInfo& info, const Units& units, const SurveyOption
       info, read, kChunkPoints,
       [&](PointCloud& chunk, std::uint64_t) {
         const auto start = Clock::now();
-        binner.add(chunk, units.plan, units.up);
-        if (options.overlaps) overlap.add(chunk, units.plan, units.up);
+        tile.add(chunk, units.plan, units.up);
         survey.binning_s += seconds_since(start);
       },
       progress);
   const auto start = Clock::now();
-  BinSet part = binner.finish(info.path.string());
-  TileCounts counts{info.path, part.points, part.valid_points, part.invalid, result.problem};
-  merge_bins(bins, std::move(part), sample);
-  if (options.overlaps) merge_pairs(pairs, overlap.finish());
+  TileCounts counts = tile.finish(info.path.string(), bins, pairs);
+  counts.file = info.path;
+  counts.problem = result.problem;
   survey.binning_s += seconds_since(start);
   return counts;
 }
@@ -96,6 +94,33 @@ void to_crs_units(const Units& units, SurveyLines& survey) {
 
 }  // namespace
 
+TileReader::TileReader(const SurveyOptions& options, const SampleSize& sample, Vec3d corner,
+                       double points_per_m2)
+    : sample_(sample),
+      overlaps_(options.overlaps),
+      threads_(options.threads),
+      binner_(sample),
+      overlap_(corner, points_per_m2) {}
+
+void TileReader::add(const PointCloud& points, double metres, double metres_up) {
+  parallel_for(overlaps_ ? 2 : 1, 1, threads_, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t part = begin; part < end; ++part) {
+      if (part == 0)
+        binner_.add(points, metres, metres_up);
+      else
+        overlap_.add(points, metres, metres_up);
+    }
+  });
+}
+
+TileCounts TileReader::finish(const std::string& file, BinSet& bins, SheetPairs& pairs) {
+  BinSet part = binner_.finish(file);
+  TileCounts counts{file, part.points, part.valid_points, part.invalid, {}};
+  merge_bins(bins, std::move(part), sample_);
+  if (overlaps_) merge_pairs(pairs, overlap_.finish());
+  return counts;
+}
+
 FlightLines SurveyLines::flight_lines() const {
   FlightLines result;
   result.crs_text = crs.text();
@@ -115,20 +140,37 @@ void estimate_survey(BinSet&& bins, const SheetPairs& pairs, const SurveyOptions
   survey.valid_points = set.valid_points;
   survey.lines.resize(split.passes.size());
   progress.begin("estimating lines", split.passes.size());
+  const auto estimate_one = [&](std::size_t i, const TrajectoryOptions& trajectory) {
+    LineEstimate estimate = estimate_line(split.passes[i], trajectory, options.accept);
+    estimate.line.id = static_cast<std::uint32_t>(i + 1);
+    if (survey.channel_in_user_data) {
+      estimate.line.channel_in_user_data = true;
+      estimate.line.scanner_channel = split.passes[i].key.user_data;
+    }
+    return estimate;
+  };
   parallel_for(split.passes.size(), 1, options.threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      if (progress.cancelled()) return;
-      LineEstimate& estimate = survey.lines[i];
-      estimate = estimate_line(split.passes[i], options.trajectory, options.accept);
-      estimate.line.id = static_cast<std::uint32_t>(i + 1);
-      if (survey.channel_in_user_data) {
-        estimate.line.channel_in_user_data = true;
-        estimate.line.scanner_channel = split.passes[i].key.user_data;
-      }
+    for (std::size_t i = begin; i < end && !progress.cancelled(); ++i) {
+      survey.lines[i] = estimate_one(i, options.trajectory);
       progress.advance(1);
     }
   });
   progress.end();
+  // A clip of a swath knows the cone of its scanner badly; the other lines know it well.
+  const SharedCone cone = shared_cone(survey.lines);
+  TrajectoryOptions with_cone = options.trajectory;
+  with_cone.cone_deg = cone.cone_deg;
+  with_cone.cone_sigma_deg = cone.sigma_deg;
+  parallel_for(split.passes.size(), 1, options.threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end && !progress.cancelled(); ++i) {
+      if (!needs_cone(survey.lines[i], cone)) continue;
+      LineEstimate again = estimate_one(i, with_cone);
+      if (again.scan_model != ScanModel::kCone || again.line.beam_source != BeamSource::kTrajectory)
+        continue;
+      again.remarks.push_back("takes the scanner's cone from the lines that know it well");
+      survey.lines[i] = std::move(again);
+    }
+  });
   survey.signs_settled = settle_unknown_signs(survey.lines);
   std::uint64_t conflicting = 0;
   for (const PulseBin& bin : set.bins)

@@ -58,6 +58,25 @@ struct SurveyLines {
   FlightLines flight_lines() const;
 };
 
+/// What is kept of one tile while its points pass by.
+class TileReader {
+ public:
+  /// `corner`: of the tile, metres; `points_per_m2`: of all lines.
+  TileReader(const SurveyOptions& options, const SampleSize& sample, Vec3d corner,
+             double points_per_m2);
+  /// Bins and height grids side by side; `metres` scale plan and height.
+  void add(const PointCloud& points, double metres = 1.0, double metres_up = 1.0);
+  /// Merges the tile into what is known of the survey; the counts lack the file's name.
+  TileCounts finish(const std::string& file, BinSet& bins, SheetPairs& pairs);
+
+ private:
+  SampleSize sample_;
+  bool overlaps_;
+  int threads_;
+  TileBinner binner_;
+  TileOverlap overlap_;
+};
+
 /// Reads the tiles in the order given and estimates the lines of them all. Memory: one chunk of
 /// points, one tile's cells and a bounded sample of pulses. The result does not depend on the order
 /// of the tiles or on threads. Throws InputError where tiles differ in CRS or are in degrees.

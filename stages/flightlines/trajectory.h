@@ -19,7 +19,9 @@ namespace cornice::flightlines {
 
 /// Knobs of the estimate. Standard deviations are of one-sigma Gaussian priors.
 struct TrajectoryOptions {
-  double node_step_s = 0.25;            ///< between nodes of the path; attitude is linear between
+  double node_step_s = 0.25;            ///< between nodes of the path while signs and models are
+                                        ///< told apart; attitude is linear between
+  double fine_node_step_s = 0.1;        ///< between nodes of the path that is kept
   double speed_ms = 65.0;               ///< horizontal, survey aircraft and helicopters
   double speed_sigma_ms = 30.0;         ///< covers 30..120 m/s
   double climb_sigma_ms = 2.5;          ///< 0 +- 5 m/s at two sigma
@@ -29,12 +31,18 @@ struct TrajectoryOptions {
   double attitude_sigma_deg = 6.0;      ///< of the mean: pitch and mounting tilt
   double crab_sigma_deg = 6.0;          ///< of the mean heading against the course
   double angle_offset_sigma_deg = 0.1;  ///< of the recorded angles' zero
-  double angle_noise_deg = 0.04;        ///< of recorded angles before they are rounded to degrees
+  double angle_noise_deg = 0.01;        ///< of recorded angles before they are rounded to degrees
   double coordinate_sigma_m = 0.005;    ///< of one return across its beam, at the start
-  double least_pair_m = 1.0;            ///< shorter first-last distances are not used
-  double least_beam_scale = 0.2;        ///< the residual scales are not believed below this factor
-  std::size_t most_pulses = 60000;      ///< of each kind in one line; a long line is thinned evenly
-  int iterations = 40;                  ///< at most
+  /// Beams keep to a plane or a cone far better than its attitude between nodes is known, and that
+  /// error is alike for hundreds of pulses: their scatter is not believed below this.
+  double least_scan_rad = 1.5e-4;
+  double fine_least_scan_rad = 3e-5;  ///< with the finer nodes
+  double cone_deg = 18.0;             ///< half angle of a conical scanner, where it is known
+  double cone_sigma_deg = 20.0;
+  double least_pair_m = 1.0;        ///< shorter first-last distances are not used
+  double least_beam_scale = 0.2;    ///< the residual scales are not believed below this factor
+  std::size_t most_pulses = 60000;  ///< of each kind in one line; a long line is thinned evenly
+  int iterations = 40;              ///< at most
 };
 
 /// What single returns of a scanner have in common at one time.
@@ -48,14 +56,17 @@ struct PathNode {
   Vec3d standard_error_m;
   double heading_deg = 0.0;  ///< square to the scan: of a plane its normal, else the aircraft's
   double heading_error_deg = 0.0;
-  double lean_deg = 0.0;  ///< of the scanner's plane or cone, fore positive
-  bool bridged = false;   ///< no pulse within half a second
+  double lean_deg = 0.0;   ///< of the scanner's plane or cone, fore positive
+  double axis_side = 0.0;  ///< lean of the cone to the right, tangent
+  double axis_fore = 0.0;  ///< pitch of the plane's normal, radians; lean of the cone, tangent
+  bool bridged = false;    ///< no pulse within half a second
 };
 
 struct PathEstimate {
   std::vector<PathNode> nodes;
   ScanModel model = ScanModel::kNone;
   double cone_deg = 90.0;           ///< half angle; 90 for a plane
+  double cone_error_deg = 0.0;      ///< its standard error
   double angle_offset_deg = 0.0;    ///< true angle minus recorded, sign applied
   double yaw_offset_deg = 0.0;      ///< of the scan plane against the heading
   double angle_residual_deg = 0.0;  ///< robust scale, recorded angle against path
@@ -67,12 +78,16 @@ struct PathEstimate {
   bool is_valid = false;            ///< false: too little to estimate anything
 };
 
-/// Estimates the path of one pass.
+/// Sketches the path of one pass: nodes far apart, part of the pulses.
 /// `start`: fit_track over the pass. `sign`: of the recorded angle (+1, -1), 0 where angles are all
 /// zero or not to be used. `model` as chosen by estimate_path.
 /// `warm`: an earlier path of the same pass and options to start from instead; may be null.
 PathEstimate solve_path(const LinePass& pass, const TrackFit& start, int sign, ScanModel model,
                         const TrajectoryOptions& options = {}, const PathEstimate* warm = nullptr);
+
+/// The same with nodes closer together and all pulses, from a sketch with that sign.
+PathEstimate refine_path(const LinePass& pass, const TrackFit& start, int sign,
+                         const PathEstimate& sketch, const TrajectoryOptions& options = {});
 
 /// How the recorded angles compare with a path that was found without them.
 struct AngleAgreement {
@@ -83,7 +98,7 @@ struct AngleAgreement {
 AngleAgreement compare_angles(const LinePass& pass, const PathEstimate& path);
 
 /// Chooses the scan model that explains the pulses best, first-last lines no worse than without
-/// one, and solves with it.
+/// one, and sketches with it.
 PathEstimate estimate_path(const LinePass& pass, const TrackFit& start, int sign,
                            const TrajectoryOptions& options = {});
 
