@@ -44,6 +44,7 @@ JoinedTiles join_tiles(std::span<const Surface> surfaces, std::span<const Lattic
     bool turned = false;
   };
   JoinedTiles joined;
+  if (!surfaces.empty()) joined.mesh.origin = surfaces.front().mesh.origin;
   std::map<Place, Seen> seen;
   for (const Surface& surface : surfaces) {
     std::vector<std::uint32_t> number;
@@ -52,10 +53,9 @@ JoinedTiles join_tiles(std::span<const Surface> surfaces, std::span<const Lattic
       const auto [entry, is_new] = seen.try_emplace(
           p, Seen{static_cast<std::uint32_t>(seen.size()), 0, surface.mesh.normals[v], false});
       if (is_new) {
-        joined.mesh.positions.push_back((Vec3d{static_cast<double>(p[0]), static_cast<double>(p[1]),
-                                               static_cast<double>(p[2])} *
-                                         (lattice.step_m / kUnitsPerStep))
-                                            .cast<float>());
+        const Vec3d at =
+            Vec3<std::int64_t>{p[0], p[1], p[2]}.cast<double>() * (lattice.step_m / kUnitsPerStep);
+        joined.mesh.positions.push_back((at - joined.mesh.origin).cast<float>());
       }
       ++entry->second.times;
       entry->second.turned =
