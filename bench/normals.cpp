@@ -119,6 +119,15 @@ double bytes_per_point(std::size_t count, double density, const FlightLines& lin
   return static_cast<double>(peak_resident_bytes() - before) / static_cast<double>(count);
 }
 
+/// Fits the planes of a block and empties it.
+void fit(normals::NeighbourBlock& block, std::vector<float>& quality) {
+  block.finish();
+  normals::PlaneBlock planes;
+  fit_planes(block, planes);
+  for (std::size_t l = 0; l < block.lanes(); ++l) quality[block.point(l)] = planes.quality[l];
+  block.clear();
+}
+
 /// Points a second of our search and plane fit, sorting and tree included.
 double search_rate(const std::vector<Vec3f>& points, int threads) {
   const double seconds = seconds_of([&] {
@@ -127,10 +136,19 @@ double search_rate(const std::vector<Vec3f>& points, int threads) {
     for (std::size_t r = 0; r < ordered.size(); ++r) ordered[r] = points[sorted.order[r]];
     const normals::PointTree tree(ordered, sorted.keys, threads);
     std::vector<float> quality(points.size());
-    for_each_neighbourhood(tree, {kNeighbours, kNeighbours, 0.0f}, threads, {},
-                           [&](std::uint32_t i, const normals::Neighbourhood& found) {
-                             quality[i] = normals::fit_plane(found).quality;
-                           });
+    parallel_for(tree.leaves().size(), 512, threads, [&](std::size_t begin, std::size_t end) {
+      normals::LeafSearch search(tree, {kNeighbours, kNeighbours, 0.0f});
+      normals::NeighbourBlock block;
+      for (std::size_t l = begin; l < end; ++l) {
+        const normals::TreeNode& leaf = tree.nodes()[tree.leaves()[l]];
+        search.open(tree.leaves()[l]);
+        for (std::uint32_t i = leaf.begin; i < leaf.end; ++i) {
+          search.find(i, block);
+          if (block.is_full()) fit(block, quality);
+        }
+      }
+      fit(block, quality);
+    });
   });
   return static_cast<double>(points.size()) / seconds;
 }
@@ -149,22 +167,24 @@ double flann_rate(std::vector<Vec3f> points, int threads) {
       index.knnSearch(queries, ids, distances, kNeighbours, flann::SearchParams(-1, 0.0f));
       std::vector<float> x(kNeighbours), y(kNeighbours), z(kNeighbours);
       std::vector<std::uint32_t> found(kNeighbours);
+      normals::NeighbourBlock block;
       for (std::size_t i = begin; i < end; ++i) {
         for (std::size_t c = 0; c < kNeighbours; ++c) {
           const Vec3f d = points[ids[i - begin][c]] - points[i];
           x[c] = d.x, y[c] = d.y, z[c] = d.z;
         }
-        quality[i] =
-            normals::fit_plane({kNeighbours, found.data(), x.data(), y.data(), z.data(), 0.0f})
-                .quality;
+        block.add(static_cast<std::uint32_t>(i),
+                  {kNeighbours, found.data(), x.data(), y.data(), z.data(), 0.0f});
+        if (block.is_full()) fit(block, quality);
       }
+      fit(block, quality);
     });
   });
   return static_cast<double>(points.size()) / seconds;
 }
 
-void measure(std::size_t count, double density, bool chain_only, const Options& options,
-             Result& result) {
+void measure(std::size_t count, double density, int repeats, bool chain_only,
+             const Options& options, Result& result) {
   if (options.quick) count = std::min<std::size_t>(count, 400000);
   const FlightLines lines = make_lines(std::sqrt(static_cast<double>(count) / density));
   result.figure("bytes_per_point", bytes_per_point(count, density, lines, options));
@@ -172,7 +192,7 @@ void measure(std::size_t count, double density, bool chain_only, const Options& 
   std::vector<double> whole, search, flann;
   normals::Counts counts;
   StepClock clock;
-  for (int repeat = 0; repeat < (options.quick ? 2 : 5); ++repeat) {
+  for (int repeat = 0; repeat < (options.quick ? 2 : repeats); ++repeat) {
     PointCloud points = ground;
     const double seconds = seconds_of(
         [&] { counts = compute(std::move(points), lines, options.threads, clock).counts; });
@@ -202,15 +222,18 @@ void measure(std::size_t count, double density, bool chain_only, const Options& 
 int main(int argc, char** argv) {
   std::size_t count = 4000000;
   double density = 20.0;
+  int repeats = 5;
   bool chain_only = false;
   return run(
       "normals", "Points a second and bytes a point of normals, fit to propagation", argc, argv,
       [&](CLI::App& app) {
         app.add_option("--points", count, "points of the made ground");
         app.add_option("--density", density, "points per square metre");
+        app.add_option("--repeats", repeats, "turns; figures are their medians")
+            ->check(CLI::PositiveNumber);
         app.add_flag("--chain-only", chain_only, "without the search alone and without FLANN");
       },
       [&](const Options& options, Result& result) {
-        measure(count, density, chain_only, options, result);
+        measure(count, density, repeats, chain_only, options, result);
       });
 }

@@ -29,6 +29,8 @@ using namespace cornice;
 using namespace cornice::bench;
 
 constexpr const char* kOurs = "cornice";
+/// Of the viewer of pictures above the horizon, degrees.
+constexpr double kAltitude = 15.0;
 
 struct Settings {
   std::vector<std::string> scenes{"alp", "cliff"};
@@ -39,6 +41,7 @@ struct Settings {
   bool ours_only = false;
   std::filesystem::path table;
   std::filesystem::path pictures;
+  double azimuth_deg = 180.0;
   std::filesystem::path points;
   std::filesystem::path work;
 };
@@ -131,12 +134,11 @@ void draw(const Settings& settings, const SurveyPlan& plan, const Judged& judged
   std::replace_if(
       name.begin(), name.end(), [](char c) { return c == ' ' || c == ',' || c == '(' || c == ')'; },
       '_');
-  constexpr double kAzimuth = 180.0, kAltitude = 15.0;
   const auto colours = colour_by_truth(method.normals, method.settled, judged.truth,
-                                       towards_viewer(kAzimuth, kAltitude));
+                                       towards_viewer(settings.azimuth_deg, kAltitude));
   std::filesystem::create_directories(settings.pictures);
   write_picture(settings.pictures / name,
-                view(judged.points.positions, colours, kAzimuth, kAltitude, 1400));
+                view(judged.points.positions, colours, settings.azimuth_deg, kAltitude, 1400));
 }
 
 std::vector<SurveyPlan> plans(const Settings& settings, const Options& options) {
@@ -172,6 +174,19 @@ std::map<std::string, double> worst(const std::vector<Score>& scores,
   return result;
 }
 
+/// Share of every method over the points of all runs together.
+std::map<std::string, double> pooled(const std::vector<Score>& scores,
+                                     const std::function<const ClassScore&(const Score&)>& part) {
+  std::map<std::string, ClassScore> sums;
+  for (const Score& s : scores) {
+    sums[s.method].points += part(s).points;
+    sums[s.method].right += part(s).right;
+  }
+  std::map<std::string, double> result;
+  for (const auto& [method, sum] : sums) result[method] = sum.right_share();
+  return result;
+}
+
 double best_peer(const std::map<std::string, double>& shares) {
   double best = 0.0;
   for (const auto& [method, share] : shares) {
@@ -199,15 +214,20 @@ double runs_lost(const std::vector<Score>& scores) {
 }
 
 void add_figures(const std::vector<Score>& scores, Result& result) {
-  const auto all = worst(scores, [](const Score& s) -> const ClassScore& { return s.all; });
-  const auto overhang =
-      worst(scores, [](const Score& s) -> const ClassScore& { return s.overhang(); });
+  const auto of_all = [](const Score& s) -> const ClassScore& { return s.all; };
+  const auto of_overhang = [](const Score& s) -> const ClassScore& { return s.overhang(); };
+  const auto all = worst(scores, of_all), overhang = worst(scores, of_overhang);
+  const auto all_pooled = pooled(scores, of_all), overhang_pooled = pooled(scores, of_overhang);
   result.figure("right_all", all.at(kOurs));
   if (overhang.count(kOurs) != 0) {
     result.figure("right_overhang", overhang.at(kOurs));
     result.figure("best_peer_right_overhang", best_peer(overhang));
   }
   result.figure("best_peer_right_all", best_peer(all));
+  result.figure("right_all_pooled", all_pooled.at(kOurs));
+  result.figure("best_peer_right_all_pooled", best_peer(all_pooled));
+  result.figure("right_overhang_pooled", overhang_pooled.at(kOurs));
+  result.figure("best_peer_right_overhang_pooled", best_peer(overhang_pooled));
   result.figure("runs_lost", runs_lost(scores));
 }
 
@@ -227,7 +247,8 @@ void measure(const Settings& settings, const Options& options, Result& result) {
       std::filesystem::read_symlink("/proc/self/exe").parent_path();
   std::vector<Score> scores;
   for (const SurveyPlan& plan : plans(settings, options)) {
-    const Survey survey = fly(plan, programs, CORNICE_SCENES, settings.work, options.threads);
+    const Survey survey =
+        fly(plan, programs, {CORNICE_SCENES, CORNICE_OWN_SCENES}, settings.work, options.threads);
     const Judged judged = judged_points(survey, options.threads);
     for (const Oriented& method :
          all_methods(survey, judged, settings.ours_only, options.threads)) {
@@ -255,7 +276,9 @@ int main(int argc, char** argv) {
   return run(
       "orientation", "Normals on the right side on simulated scenes", argc, argv,
       [&](CLI::App& app) {
-        app.add_option("--scenes", settings.scenes, "of samples/scenes")->delimiter(',');
+        app.add_option("--scenes", settings.scenes,
+                       "of samples/scenes and bench/orientation/scenes")
+            ->delimiter(',');
         app.add_option("--scanners", settings.scanners)->delimiter(',');
         app.add_option("--tile-m", settings.tile_m, "side of the simulated tile");
         app.add_option("--density", settings.density, "points per square metre");
@@ -263,6 +286,7 @@ int main(int argc, char** argv) {
         app.add_flag("--ours-only", settings.ours_only, "without the other methods");
         app.add_option("--table", settings.table, "JSON file for the whole table");
         app.add_option("--pictures", settings.pictures, "folder for a picture per run and method");
+        app.add_option("--azimuth", settings.azimuth_deg, "where the pictures' viewer stands");
         app.add_option("--points", settings.points,
                        "only draw these oriented points (PLY) from eight sides into --pictures");
       },

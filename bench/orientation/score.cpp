@@ -74,14 +74,15 @@ Score score(const std::string& run, const std::string& method, const std::vector
 
 std::string table(const std::vector<Score>& scores) {
   std::string out =
-      text("%-24s %-24s %9s %8s | right %%: %8s %8s %8s %8s %8s | angle, deg\n", "run", "method",
-           "points", "unset %", "all", "0-30", "30-60", "60-90", "overhang");
+      text("%-24s %-24s %9s %8s | right %%: %8s %8s %8s %8s %8s %8s | angle, deg\n", "run",
+           "method", "points", "unset %", "all", "0-30", "30-60", "60-90", "overhang", "(points)");
   for (const Score& s : scores) {
     out += text("%-24s %-24s %9zu %8.4f |          %8.4f", s.run.c_str(), s.method.c_str(),
                 s.all.points, 100.0 * s.all.unsettled_share(), 100.0 * s.all.right_share());
     for (const ClassScore& c : s.by_slope) {
       out += c.points > 0 ? text(" %8.3f", 100.0 * c.right_share()) : text(" %8s", "-");
     }
+    out += text(" %8zu", s.overhang().points);
     out += text(" | %.1f %.1f %.1f\n", s.all.angle_deg[0], s.all.angle_deg[1], s.all.angle_deg[2]);
   }
   return out;

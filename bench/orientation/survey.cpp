@@ -34,6 +34,15 @@ std::filesystem::path only_file(const std::filesystem::path& folder, const std::
   return found.front();
 }
 
+std::filesystem::path scene_file(const std::string& scene,
+                                 const std::vector<std::filesystem::path>& folders) {
+  for (const std::filesystem::path& folder : folders) {
+    const std::filesystem::path file = folder / (scene + ".yaml");
+    if (std::filesystem::exists(file)) return file;
+  }
+  throw UsageError("--scenes", "there is no scene \"" + scene + "\"");
+}
+
 }  // namespace
 
 std::string SurveyPlan::name() const {
@@ -41,20 +50,20 @@ std::string SurveyPlan::name() const {
 }
 
 Survey fly(const SurveyPlan& plan, const std::filesystem::path& programs,
-           const std::filesystem::path& scenes, const std::filesystem::path& folder, int threads) {
+           const std::vector<std::filesystem::path>& scenes, const std::filesystem::path& folder,
+           int threads) {
   std::filesystem::create_directories(folder);
   const std::filesystem::path survey = folder / "survey";
   std::filesystem::remove_all(survey);
   const std::string common = " --threads " + std::to_string(threads) + " --no-progress --overwrite";
   // The products differ in how they store the scan angle: point format 1 in whole degrees, point
   // format 6 in steps of 0.006.
-  run_program(quoted(programs / "cornice-simulate") + " " +
-                  quoted(scenes / (plan.scene + ".yaml")) + " -o " + quoted(survey) +
-                  " --product " + (plan.whole_degrees ? "swisssurface3d" : "lidarhd") +
-                  " --scanner " + plan.scanner + " --tile-size " + std::to_string(plan.tile_m) +
-                  " --density " + std::to_string(plan.density) + " --noise " +
-                  std::to_string(plan.noise_m) + " --seed " + std::to_string(plan.seed) +
-                  " --truth-dem-step 0" + common,
+  run_program(quoted(programs / "cornice-simulate") + " " + quoted(scene_file(plan.scene, scenes)) +
+                  " -o " + quoted(survey) + " --product " +
+                  (plan.whole_degrees ? "swisssurface3d" : "lidarhd") + " --scanner " +
+                  plan.scanner + " --tile-size " + std::to_string(plan.tile_m) + " --density " +
+                  std::to_string(plan.density) + " --noise " + std::to_string(plan.noise_m) +
+                  " --seed " + std::to_string(plan.seed) + " --truth-dem-step 0" + common,
               folder / "simulate.log");
   Survey result;
   result.tile = only_file(survey, ".laz");

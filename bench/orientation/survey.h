@@ -15,7 +15,7 @@ namespace cornice::bench {
 
 /// What to fly over.
 struct SurveyPlan {
-  std::string scene;           ///< of samples/scenes: "alp", "cliff"
+  std::string scene;           ///< name of a scene file: "alp", "cliff"
   std::string scanner;         ///< "oscillating", "polygon", "palmer"
   bool whole_degrees = false;  ///< recorded scan angles in whole degrees, as in formats 0-5
   int tile_m = 200;
@@ -37,8 +37,10 @@ struct Survey {
 };
 
 /// Runs cornice-simulate and cornice-flightlines from the folder `programs` and reads what they
-/// wrote below `folder`. Throws RunError where one of them fails.
+/// wrote below `folder`. The scene lies in one of the folders `scenes`. Throws RunError where a
+/// program fails.
 Survey fly(const SurveyPlan& plan, const std::filesystem::path& programs,
-           const std::filesystem::path& scenes, const std::filesystem::path& folder, int threads);
+           const std::vector<std::filesystem::path>& scenes, const std::filesystem::path& folder,
+           int threads);
 
 }  // namespace cornice::bench

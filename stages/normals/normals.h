@@ -63,7 +63,7 @@ constexpr Attribute kAttributes =
 
 /// Filters, fits, orients. The first `tile_points` of `points` belong to the tile, the rest is
 /// halo; `points` is used up. Needs classification; other missing attributes count as zeros. Same
-/// result for any number of threads. Peak memory about 90 bytes a point, input included.
+/// result for any number of threads. Peak memory about 65 bytes a point, input included.
 Result compute_normals(PointCloud points, std::size_t tile_points, const FlightLines& lines,
                        const ClassRules& rules, const Options& options,
                        Progress& progress = no_progress());
