@@ -78,8 +78,10 @@ void score_line(const sim::Survey& survey, const sim::SurveyLine& truth,
   const TrueAzimuths azimuths = true_azimuths(survey, truth, tally);
   const double error = std::remainder(found.line.across_azimuth_deg - azimuths.across_deg, 360.0);
   const double crab = azimuths.across_deg - azimuths.along_deg - 90.0;
-  score.crab_error_deg = std::max(score.crab_error_deg,
-                                  std::abs(std::remainder(found.perpendicular_deg - crab, 360.0)));
+  // Where the stage itself says that it does not know the course, there is nothing to judge.
+  if (found.along_standard_error_deg < 1.0)
+    score.crab_error_deg = std::max(
+        score.crab_error_deg, std::abs(std::remainder(found.perpendicular_deg - crab, 360.0)));
   score.azimuth_error_deg = std::max(score.azimuth_error_deg, std::abs(error));
   LineScore each{found.line.id, error, 0.0, 0.0, found.line.nodes.size()};
   for (const TrajectoryNode& node : found.line.nodes) {
