@@ -137,11 +137,42 @@ bool interpolate(const VectorGrid& coarse, BrickKey brick, Vectors& to) {
   return true;
 }
 
+constexpr int kFine = 2 * kBrickSide + 1;  ///< fine nodes 16b - 1 .. 16b + 15
+using FineWindow = std::array<float, kFine * kFine * kFine>;
+
+/// Adds half of the fine nodes' sums with the weights (1, 2, 1) / 2 on each axis.
+CORNICE_VECTOR_CLONES
+void add_coarse(const FineWindow& fine, float* constraints) {
+  constexpr int kRows = kFine * kFine;
+  std::array<float, kRows * kBrickSide> x;
+  for (int r = 0; r < kRows; ++r) {
+    for (int i = 0; i < kBrickSide; ++i) {
+      const float* from = fine.data() + kFine * r + 2 * i;
+      x[kBrickSide * r + i] = 0.5f * (from[0] + from[2]) + from[1];
+    }
+  }
+  std::array<float, kFine * kBrickNodes / kBrickSide> xy;
+  for (int k = 0; k < kFine; ++k) {
+    for (int j = 0; j < kBrickSide; ++j) {
+      const float* from = x.data() + kBrickSide * (kFine * k + 2 * j);
+      float* to = xy.data() + kBrickSide * (kBrickSide * k + j);
+      for (int i = 0; i < kBrickSide; ++i)
+        to[i] = 0.5f * (from[i] + from[i + 2 * kBrickSide]) + from[i + kBrickSide];
+    }
+  }
+  constexpr int kPlane = kBrickSide * kBrickSide;
+  for (int k = 0; k < kBrickSide; ++k) {
+    const float* from = xy.data() + 2 * kPlane * k;
+    float* to = constraints + kPlane * k;
+    for (int i = 0; i < kPlane; ++i)
+      to[i] += 0.5f * (0.5f * (from[i] + from[i + 2 * kPlane]) + from[i + kPlane]);
+  }
+}
+
 /// Adds half of what the next finer level integrates: constraints are held over the spacing, which
 /// doubles from level to level.
 void add_restricted(const Grid& fine, BrickKey brick, float* constraints) {
-  constexpr int kFine = 2 * kBrickSide + 1;  // fine nodes 16b - 1 .. 16b + 15
-  std::array<float, kFine * kFine * kFine> window{};
+  FineWindow window{};
   bool any = false;
   for (int n = 0; n < 27; ++n) {
     const int bx = n % 3 - 1, by = n / 3 % 3 - 1, bz = n / 9 - 1;
@@ -160,18 +191,7 @@ void add_restricted(const Grid& fine, BrickKey brick, float* constraints) {
       }
     }
   }
-  if (!any) return;
-  constexpr std::array<float, 3> weight{0.5f, 1.0f, 0.5f};
-  for (int i = 0; i < kBrickNodes; ++i) {
-    const int x = 2 * (i % 8), y = 2 * (i / 8 % 8), z = 2 * (i / 64);
-    float sum = 0.0f;
-    for (int d = 0; d < 27; ++d) {
-      const int dx = d % 3, dy = d / 3 % 3, dz = d / 9;
-      sum += weight[dx] * weight[dy] * weight[dz] *
-             window[(x + dx) + kFine * ((y + dy) + kFine * (z + dz))];
-    }
-    constraints[i] += 0.5f * sum;
-  }
+  if (any) add_coarse(window, constraints);
 }
 
 /// V on `level`: what is splatted there and what comes from the coarser one.
