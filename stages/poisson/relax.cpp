@@ -162,15 +162,19 @@ inline void row_residual(const float* own, const float* constraint, const float*
 inline void relax_row(float* own, const float* constraint, const float* taps, std::uint8_t active) {
   Row lacking;
   row_residual(own, constraint, taps, lacking);
-  const float* mask = kLaneMasks.of[active].data();
+  Row mask = kLaneMasks.of[active], moved;
   if (taps == nullptr) {
-    for (int i = 0; i < kBrickSide; ++i) own[i] += mask[i] * (lacking[i] * (1.0f / kCentre));
-    return;
+    for (int i = 0; i < kBrickSide; ++i)
+      moved[i] = own[i] + mask[i] * (lacking[i] * (1.0f / kCentre));
+  } else {
+    const float *before = taps + 12 * kBrickSide, *centre = taps + 13 * kBrickSide,
+                *after = taps + 14 * kBrickSide;
+    for (int i = 0; i < kBrickSide; ++i) {
+      const float diagonal = (kCentre + centre[i]) + (before[i] + after[i]);
+      moved[i] = own[i] + mask[i] * (lacking[i] / diagonal);
+    }
   }
-  const float *before = taps + 12 * kBrickSide, *centre = taps + 13 * kBrickSide,
-              *after = taps + 14 * kBrickSide;
-  for (int i = 0; i < kBrickSide; ++i)
-    own[i] += mask[i] * (lacking[i] / ((kCentre + centre[i]) + (before[i] + after[i])));
+  std::memcpy(own, moved.data(), sizeof(moved));
 }
 
 /// Rows in four colours by the parities of y and z, to and fro. Rows of one colour do not see each
