@@ -450,7 +450,6 @@ LoopCorner BrickSurface::corner_on(int cell, unsigned edge) const {
     corner.faces =
         static_cast<std::uint8_t>(1u << (i - ci) | 1u << (2 + j - cj) | 1u << (4 + k - ck));
   }
-  corner.at = position(vertex);
   return corner;
 }
 
@@ -463,9 +462,15 @@ std::size_t BrickSurface::make_corners(int cell, const std::uint8_t* edges, std:
     if (count == 0 || corner.vertex != corners[count - 1].vertex) corners[count++] = corner;
   }
   while (count > 1 && corners[count - 1].vertex == corners[0].vertex) --count;
+  // Of three corners there is nothing to choose.
+  for (std::size_t c = 0; count > 3 && c < count; ++c) {
+    const std::uint32_t code = corners[c].vertex;
+    corners[c].at = position({static_cast<int>(code >> 2), static_cast<VertexKind>(code & 3)});
+  }
   return count;
 }
 
+/// `corners` are more than three, or they could have been cut.
 CentreVertex BrickSurface::centre_of(int cell, std::span<const LoopCorner> corners) const {
   CentreVertex centre;
   for (const LoopCorner& corner : corners) centre.position += corner.at;

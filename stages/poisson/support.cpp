@@ -24,7 +24,7 @@ constexpr std::uint32_t kNoColumn = 0xffffffffu;
 constexpr std::size_t kTallColumn = 96;
 /// More columns than this are made wider.
 constexpr double kMostColumns = 1 << 26;
-constexpr int kStripes = 16;
+constexpr int kStripes = 8;
 constexpr int kBlock = 8;  ///< columns of a block, per axis
 constexpr int kLanes = 8;
 
