@@ -91,6 +91,13 @@ class BrickCodes {
   int index_bits_ = 0, code_bits_ = 0;
 };
 
+/// Points of a cell beyond which more of them change nothing but the mean.
+struct CellLimits {
+  double counted, weighed;
+};
+constexpr CellLimits kFinestLimits{kCellCountMax, kCellWeightMax};
+constexpr CellLimits kNoLimits{HUGE_VAL, HUGE_VAL};
+
 /// Sums of one brick's cells. Doubles: a cell may hold a million points.
 class CellSums {
  public:
@@ -103,15 +110,16 @@ class CellSums {
     sum.count += count;
   }
   /// Appends the samples in order of cells and forgets them.
-  void flush(double count_max, std::vector<Sample>& samples) {
+  void flush(const CellLimits& limits, std::vector<Sample>& samples) {
     std::sort(touched_.begin(), touched_.end());
     for (const std::uint16_t cell : touched_) {
       Sum& sum = sums_[cell];
       Sample sample;
       sample.fraction = (sum.position / sum.weight).cast<float>();
-      sample.normal = sum.normal.cast<float>();
-      sample.weight = static_cast<float>(sum.weight);
-      sample.count = static_cast<float>(std::min(sum.count, count_max));
+      const double share = std::min(1.0, limits.weighed / sum.count);
+      sample.normal = (share * sum.normal).cast<float>();
+      sample.weight = static_cast<float>(share * sum.weight);
+      sample.count = static_cast<float>(std::min(sum.count, limits.counted));
       sample.cell = cell;
       samples.push_back(sample);
       sum = {};
@@ -131,7 +139,7 @@ class CellSums {
 /// Fills `first` and `samples` of a level whose bricks are known; fill(brick, sums) adds up brick
 /// after brick.
 template <class Fill>
-void fill_bricks(SampleLevel& level, double count_max, int threads, Fill fill) {
+void fill_bricks(SampleLevel& level, const CellLimits& limits, int threads, Fill fill) {
   struct Part {
     std::vector<std::uint32_t> counts;
     std::vector<Sample> samples;
@@ -144,7 +152,7 @@ void fill_bricks(SampleLevel& level, double count_max, int threads, Fill fill) {
                  for (std::size_t b = begin; b < end; ++b) {
                    const std::size_t before = part.samples.size();
                    fill(b, *sums);
-                   sums->flush(count_max, part.samples);
+                   sums->flush(limits, part.samples);
                    part.counts.push_back(static_cast<std::uint32_t>(part.samples.size() - before));
                  }
                });
@@ -233,7 +241,7 @@ SampleLevel gather_samples(const OrientedPoints& points, const Box3d& domain, do
   }
   begins.push_back(words.size());
   const std::uint64_t index_mask = (std::uint64_t{1} << codes.index_bits()) - 1;
-  fill_bricks(level, kCellCountMax, threads, [&](std::size_t b, CellSums& sums) {
+  fill_bricks(level, kFinestLimits, threads, [&](std::size_t b, CellSums& sums) {
     for (std::size_t w = begins[b]; w < begins[b + 1]; ++w) {
       const std::size_t i = words[w] & index_mask;
       const Place at = place(points.positions[i]);
@@ -253,7 +261,7 @@ SampleLevel coarser_samples(const SampleLevel& finer, int threads) {
   }
   std::sort(level.bricks.begin(), level.bricks.end());
   level.bricks.erase(std::unique(level.bricks.begin(), level.bricks.end()), level.bricks.end());
-  fill_bricks(level, HUGE_VAL, threads, [&](std::size_t b, CellSums& sums) {
+  fill_bricks(level, kNoLimits, threads, [&](std::size_t b, CellSums& sums) {
     const BrickKey key = level.bricks[b];
     for (int o = 0; o < 8; ++o) {
       const int ox = o & 1, oy = o >> 1 & 1, oz = o >> 2;

@@ -27,6 +27,9 @@ struct Sample {
 /// More points than this in one cell say nothing more about how densely the ground is covered: a
 /// heap of doubled points must not pass for dense ground.
 inline constexpr float kCellCountMax = 3.0f;
+/// No finest cell weighs more than this many points of its mean quality: a heap must not take the
+/// ground around it away.
+inline constexpr float kCellWeightMax = 32.0f;
 
 /// Samples of one level, brick by brick; each cell of a brick at most once, ascending.
 struct SampleLevel {
