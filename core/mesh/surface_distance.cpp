@@ -12,7 +12,8 @@ namespace {
 
 constexpr std::size_t kGrain = 8192;
 
-/// Barycentric lattice of n steps a side, without the corners.
+}  // namespace
+
 void sample_triangle(Vec3f a, Vec3f b, Vec3f c, float spacing_m, std::vector<Vec3f>& samples) {
   const float longest = std::max({norm(b - a), norm(c - b), norm(a - c)});
   if (!(longest > spacing_m)) return;
@@ -26,8 +27,6 @@ void sample_triangle(Vec3f a, Vec3f b, Vec3f c, float spacing_m, std::vector<Vec
     }
   }
 }
-
-}  // namespace
 
 std::vector<Vec3f> sample_surface(const std::vector<Vec3f>& positions,
                                   const std::vector<Triangle>& triangles, float spacing_m,

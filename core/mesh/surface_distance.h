@@ -9,6 +9,10 @@
 
 namespace cornice {
 
+/// Appends points of a triangle about spacing_m apart: a barycentric lattice without the corners;
+/// nothing where the longest edge is no longer than that.
+void sample_triangle(Vec3f a, Vec3f b, Vec3f c, float spacing_m, std::vector<Vec3f>& samples);
+
 /// Points of a surface to measure from: a copy of every position that a triangle names, then points
 /// on the triangles whose longest edge exceeds `spacing_m`, about that far apart. Neighbours in the
 /// list are near each other where `tree_order` (order() of a tree over the triangles) is given.

@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "stages/remesh/decimate.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cornice::remesh {
+namespace {
+
+/// Of a length's square in the cost: where everything is flat, short edges go first, which keeps
+/// triangles round.
+constexpr float kShapeWeight = 1e-6f;
+/// Largest turn of a triangle's normal in one collapse, as a cosine.
+constexpr float kLeastTurnCosine = 0.5f;
+/// Twice the area over the longest side's square: below this a new triangle is a sliver.
+constexpr float kLeastShape = 0.08f;
+constexpr std::uint32_t kMostNeighbours = 14;
+/// Of the candidates of a round, the cheaper part is tried: the others may be cheaper later.
+constexpr double kTriedShare = 0.6;
+/// A round that removes less than this share of the vertices is the last.
+constexpr double kLeastProgress = 0.01;
+
+/// Sum of a (n . x)^2 over planes, x relative to the quadric's own vertex.
+struct Quadric {
+  float xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
+  float bx = 0, by = 0, bz = 0, c = 0;
+  float area = 0;
+
+  void add_plane_through_origin(Vec3f n, float a) {
+    xx += a * n.x * n.x, xy += a * n.x * n.y, xz += a * n.x * n.z;
+    yy += a * n.y * n.y, yz += a * n.y * n.z, zz += a * n.z * n.z;
+    area += a;
+  }
+  Vec3f matrix_times(Vec3f d) const {
+    return {xx * d.x + xy * d.y + xz * d.z, xy * d.x + yy * d.y + yz * d.z,
+            xz * d.x + yz * d.y + zz * d.z};
+  }
+  float at(Vec3f d) const {
+    const Vec3f m = matrix_times(d);
+    return dot(m, d) + 2.0f * (bx * d.x + by * d.y + bz * d.z) + c;
+  }
+  /// Adds another whose vertex lies at -d of this one's, that is, this one's lies at d of it.
+  void add_moved(const Quadric& o, Vec3f d) {
+    const Vec3f m = o.matrix_times(d);
+    c += o.at(d);
+    bx += o.bx + m.x, by += o.by + m.y, bz += o.bz + m.z;
+    xx += o.xx, xy += o.xy, xz += o.xz, yy += o.yy, yz += o.yz, zz += o.zz;
+    area += o.area;
+  }
+};
+
+struct Candidate {
+  float cost;
+  std::uint32_t from;
+  std::uint32_t to;
+};
+
+class Decimation {
+ public:
+  Decimation(const std::vector<Vec3f>& positions, const std::vector<std::uint8_t>& fixed,
+             std::vector<Triangle> triangles, const DecimateLimits& limits)
+      : positions_(positions),
+        fixed_(fixed),
+        triangles_(std::move(triangles)),
+        limits_(limits),
+        quadrics_(positions.size()),
+        stamp_(positions.size(), 0),
+        touched_(positions.size(), 0) {
+    for (const Triangle& t : triangles_) {
+      const Vec3f n2 = normal2(t[0], t[1], t[2]);
+      const float length = norm(n2);
+      if (!(length > 0.0f)) continue;
+      for (const std::uint32_t v : t) {
+        quadrics_[v].add_plane_through_origin(n2 / length, 0.5f * length);
+      }
+    }
+  }
+
+  std::vector<Triangle> run() {
+    for (;;) {
+      link();
+      find_candidates();
+      const std::size_t collapsed = collapse_round();
+      drop_dead();
+      if (static_cast<double>(collapsed) <= kLeastProgress * static_cast<double>(live_)) break;
+    }
+    return std::move(triangles_);
+  }
+
+ private:
+  Vec3f normal2(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
+    const Vec3f p = positions_[a];
+    return cross(positions_[b] - p, positions_[c] - p);
+  }
+
+  /// Triangles of each vertex.
+  void link() {
+    first_.assign(positions_.size() + 1, 0);
+    for (const Triangle& t : triangles_) {
+      for (const std::uint32_t v : t) ++first_[v + 1];
+    }
+    live_ = 0;
+    for (std::size_t v = 0; v < positions_.size(); ++v) {
+      live_ += first_[v + 1] != 0;
+      first_[v + 1] += first_[v];
+    }
+    around_.resize(triangles_.size() * 3);
+    at_.assign(first_.begin(), first_.end() - 1);
+    for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+      for (const std::uint32_t v : triangles_[t]) around_[at_[v]++] = t;
+    }
+  }
+
+  /// The vertex that follows v in its triangle: round a closed ring, each neighbour once.
+  std::uint32_t follower(std::uint32_t t, std::uint32_t v) const {
+    const Triangle& c = triangles_[t];
+    return c[0] == v ? c[1] : c[1] == v ? c[2] : c[0];
+  }
+  std::uint32_t leader(std::uint32_t t, std::uint32_t v) const {
+    const Triangle& c = triangles_[t];
+    return c[0] == v ? c[2] : c[1] == v ? c[0] : c[1];
+  }
+
+  void find_candidates() {
+    candidates_.clear();
+    const float most = limits_.error_m * limits_.error_m;
+    const float most_edge_sq = limits_.edge_m * limits_.edge_m;
+    for (std::uint32_t v = 0; v < positions_.size(); ++v) {
+      if (fixed_[v] != 0 || first_[v] == first_[v + 1]) continue;
+      const Quadric& q = quadrics_[v];
+      const float scale = q.area > 0.0f ? 1.0f / q.area : 0.0f;
+      Candidate best{most, v, v};
+      for (std::uint32_t i = first_[v]; i < first_[v + 1]; ++i) {
+        const std::uint32_t to = follower(around_[i], v);
+        const Vec3f d = positions_[to] - positions_[v];
+        const float edge_sq = dot(d, d);
+        const float cost = std::max(0.0f, q.at(d)) * scale + kShapeWeight * edge_sq;
+        if (cost < best.cost && edge_sq < most_edge_sq) best = {cost, v, to};
+      }
+      if (best.to != v) candidates_.push_back(best);
+    }
+  }
+
+  std::size_t collapse_round() {
+    if (candidates_.empty()) return 0;
+    const auto cheaper = [](const Candidate& a, const Candidate& b) {
+      return a.cost != b.cost ? a.cost < b.cost : a.from < b.from;
+    };
+    const auto tried = static_cast<std::ptrdiff_t>(
+        std::ceil(kTriedShare * static_cast<double>(candidates_.size())));
+    std::nth_element(candidates_.begin(), candidates_.begin() + tried - 1, candidates_.end(),
+                     cheaper);
+    std::sort(candidates_.begin(), candidates_.begin() + tried, cheaper);
+    std::fill(touched_.begin(), touched_.end(), 0);
+    std::size_t collapsed = 0;
+    for (std::ptrdiff_t i = 0; i < tried; ++i) {
+      const Candidate& c = candidates_[static_cast<std::size_t>(i)];
+      if (touched_[c.from] != 0 || touched_[c.to] != 0) continue;
+      if (!keeps_topology(c.from, c.to) || !keeps_shape(c.from, c.to)) continue;
+      collapse(c.from, c.to);
+      ++collapsed;
+    }
+    return collapsed;
+  }
+
+  /// Dey et al. 1999: the ends share no neighbours but those opposite their edge. Stricter where
+  /// both may have triangles outside the patch.
+  bool keeps_topology(std::uint32_t from, std::uint32_t to) {
+    const std::uint32_t mark = next_stamp();
+    std::uint32_t neighbours = 0;
+    for (std::uint32_t i = first_[from]; i < first_[from + 1]; ++i) {
+      stamp_[follower(around_[i], from)] = mark;
+      ++neighbours;
+    }
+    std::uint32_t common = 0, neighbours_of_to = 0;
+    for (std::uint32_t i = first_[to]; i < first_[to + 1]; ++i) {
+      ++neighbours_of_to;
+      for (const std::uint32_t n : {follower(around_[i], to), leader(around_[i], to)}) {
+        if (stamp_[n] != mark) continue;
+        ++common;
+        stamp_[n] = mark - 1;  // counted; still told from those that are no neighbours of `from`
+      }
+    }
+    if (common != 2 || neighbours + neighbours_of_to > kMostNeighbours + 4) return false;
+    if (neighbours < 3) return false;
+    if (fixed_[to] == 0) return true;
+    for (std::uint32_t i = first_[from]; i < first_[from + 1]; ++i) {
+      const std::uint32_t n = follower(around_[i], from);
+      if (n != to && fixed_[n] != 0 && stamp_[n] == mark) return false;
+    }
+    return true;
+  }
+
+  std::uint32_t next_stamp() { return last_stamp_ += 2; }
+
+  bool keeps_shape(std::uint32_t from, std::uint32_t to) const {
+    const Vec3f p = positions_[to];
+    const float most_edge_sq = limits_.edge_m * limits_.edge_m;
+    for (std::uint32_t i = first_[from]; i < first_[from + 1]; ++i) {
+      const std::uint32_t b = follower(around_[i], from), c = leader(around_[i], from);
+      if (b == to || c == to) continue;
+      const Vec3f pb = positions_[b], pc = positions_[c];
+      const Vec3f before = cross(pb - positions_[from], pc - positions_[from]);
+      const Vec3f e1 = pb - p, e2 = pc - p, e3 = pc - pb;
+      const Vec3f after = cross(e1, e2);
+      const float longest_sq = std::max({dot(e1, e1), dot(e2, e2), dot(e3, e3)});
+      const float after_sq = dot(after, after);
+      if (longest_sq > most_edge_sq) return false;
+      if (after_sq < kLeastShape * kLeastShape * longest_sq * longest_sq) return false;
+      const float turn = dot(before, after);
+      // A triangle without area has no normal to keep.
+      const float before_sq = dot(before, before);
+      if (before_sq > 0.0f && (turn <= 0.0f || turn * turn < kLeastTurnCosine * kLeastTurnCosine *
+                                                                 before_sq * after_sq)) {
+        return false;
+      }
+    }
+    return true;
+  }
+
+  void collapse(std::uint32_t from, std::uint32_t to) {
+    quadrics_[to].add_moved(quadrics_[from], positions_[to] - positions_[from]);
+    touched_[from] = 1;
+    for (std::uint32_t i = first_[from]; i < first_[from + 1]; ++i) {
+      Triangle& t = triangles_[around_[i]];
+      for (const std::uint32_t v : t) touched_[v] = 1;
+      if (t[0] == to || t[1] == to || t[2] == to) {
+        t = {0, 0, 0};
+        continue;
+      }
+      for (std::uint32_t& v : t) {
+        if (v == from) v = to;
+      }
+    }
+  }
+
+  void drop_dead() {
+    std::erase_if(triangles_, [](const Triangle& t) { return t[0] == t[1]; });
+  }
+
+  const std::vector<Vec3f>& positions_;
+  const std::vector<std::uint8_t>& fixed_;
+  std::vector<Triangle> triangles_;
+  const DecimateLimits limits_;
+  std::vector<Quadric> quadrics_;
+  std::vector<std::uint32_t> stamp_;
+  std::vector<std::uint8_t> touched_;
+  std::uint32_t last_stamp_ = 1;
+  std::vector<std::uint32_t> first_, at_, around_;
+  std::vector<Candidate> candidates_;
+  std::size_t live_ = 0;
+};
+
+}  // namespace
+
+std::vector<Triangle> decimate(const std::vector<Vec3f>& positions,
+                               const std::vector<std::uint8_t>& fixed,
+                               std::vector<Triangle> triangles, const DecimateLimits& limits) {
+  return Decimation(positions, fixed, std::move(triangles), limits).run();
+}
+
+}  // namespace cornice::remesh

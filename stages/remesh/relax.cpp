@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Botsch, Kobbelt 2004, "A remeshing approach to multiresolution modeling"; sizes and weights after
+// Dunyach, Vanderhaeghe, Barthe, Botsch 2013, "Adaptive remeshing for real-time mesh deformation".
+#include "stages/remesh/relax.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cornice::remesh {
+namespace {
+
+constexpr float kSplitAbove = 4.0f / 3.0f;
+constexpr float kCollapseBelow = 4.0f / 5.0f;
+/// Cosines of the largest turn of a normal when a vertex vanishes, moves, or an edge turns.
+constexpr float kCollapseTurn = 0.6f;
+constexpr float kMoveTurn = 0.6f;
+constexpr float kFlipTurn = 0.6f;
+/// Twice the area over the longest side's square: 0.866 for equal sides; about the sine of the
+/// smallest angle of thin triangles.
+constexpr float kLeastShape = 0.1f;
+/// Share of the error that one operation may use.
+constexpr float kErrorShare = 0.7f;
+constexpr int kSplitRounds = 4;
+/// Share of its edge by which a new vertex may move onto the input.
+constexpr float kSplitMove = 0.25f;
+/// Way towards the middle of the neighbours in one step.
+constexpr float kStep = 0.7f;
+
+float shape(Vec3f a, Vec3f b, Vec3f c) {
+  const Vec3f ab = b - a, ac = c - a, bc = c - b;
+  const float longest_sq = std::max({dot(ab, ab), dot(ac, ac), dot(bc, bc)});
+  return longest_sq > 0.0f ? norm(cross(ab, ac)) / longest_sq : 0.0f;
+}
+
+bool turned_too_far(Vec3f before, Vec3f after, float cosine) {
+  const float d = dot(before, after);
+  return d <= 0.0f || d * d < cosine * cosine * dot(before, before) * dot(after, after);
+}
+
+class Relaxation {
+ public:
+  Relaxation(RelaxPatch& patch, const TriangleTree& input, const RelaxLimits& limits)
+      : patch_(patch), mesh_(patch.mesh), input_(input), limits_(limits) {}
+
+  void run() {
+    split_long();
+    collapse_short();
+    for (int round = 0; round < limits_.rounds; ++round) {
+      flip_edges();
+      smooth();
+    }
+    flip_edges();
+  }
+
+ private:
+  float length(std::uint32_t h) const {
+    return norm(mesh_.position(mesh_.end(h)) - mesh_.position(mesh_.start(h)));
+  }
+  float wanted(std::uint32_t a, std::uint32_t b) const {
+    return std::min(patch_.size[a], patch_.size[b]);
+  }
+
+  /// The place on the input nearest to p, on a side that faces along `normal`. False where there is
+  /// none within reach.
+  bool project(Vec3f p, Vec3f normal, std::uint32_t hint, Vec3f& on,
+               std::uint32_t& triangle) const {
+    NearestQuery query;
+    query.guess = hint;
+    query.facing = normal;
+    query.max_distance_sq = limits_.reach_m * limits_.reach_m;
+    const NearestPoint found = input_.nearest(p, query);
+    if (!found.found()) return false;
+    on = input_.point(found);
+    triangle = found.triangle;
+    return true;
+  }
+
+  /// Longest first, and edges turned before new ones are cut: cutting whatever comes next makes
+  /// fans of thin triangles without end.
+  void split_long() {
+    struct Long {
+      float excess;
+      std::uint32_t h, start, end;
+    };
+    std::vector<Long> edges;
+    for (int round = 0; round < kSplitRounds; ++round) {
+      edges.clear();
+      for (std::uint32_t h = 0; h < mesh_.half_edge_count(); ++h) {
+        if (!mesh_.alive(h) || mesh_.twin(h) == kNone || mesh_.twin(h) < h) continue;
+        const std::uint32_t a = mesh_.start(h), b = mesh_.end(h);
+        const float excess = length(h) / (kSplitAbove * wanted(a, b));
+        if (excess > 1.0f) edges.push_back({excess, h, a, b});
+      }
+      if (edges.empty()) return;
+      std::sort(edges.begin(), edges.end(), [](const Long& a, const Long& b) {
+        return a.excess != b.excess ? a.excess > b.excess : a.h < b.h;
+      });
+      for (const Long& e : edges) {
+        if (mesh_.start(e.h) == e.start && mesh_.end(e.h) == e.end && mesh_.twin(e.h) != kNone) {
+          split(e.h);
+        }
+      }
+      flip_edges();
+    }
+  }
+
+  void split(std::uint32_t h) {
+    const std::uint32_t g = mesh_.twin(h);
+    const std::uint32_t a = mesh_.start(h), b = mesh_.end(h);
+    const std::uint32_t c = mesh_.opposite(h), d = mesh_.opposite(g);
+    const Vec3f middle = (mesh_.position(a) + mesh_.position(b)) * 0.5f;
+    const Vec3f normal = normalized(mesh_.normal2(a, b, c) + mesh_.normal2(b, a, d));
+    Vec3f at = middle;
+    std::uint32_t triangle = patch_.hint[a];
+    Vec3f on;
+    if (project(middle, normal, patch_.hint[a], on, triangle) &&
+        norm(on - middle) <= kSplitMove * length(h)) {
+      const Vec3f corners[4] = {mesh_.position(a), mesh_.position(d), mesh_.position(b),
+                                mesh_.position(c)};
+      bool good = true;
+      for (int k = 0; k < 4; ++k) {
+        const Vec3f after = cross(corners[k] - on, corners[(k + 1) % 4] - on);
+        good = good && !turned_too_far(normal, after, 0.5f * kMoveTurn);
+      }
+      if (good) at = on;
+    }
+    mesh_.split(h, at);
+    patch_.size.push_back(0.5f * (patch_.size[a] + patch_.size[b]));
+    patch_.hint.push_back(triangle);
+  }
+
+  void collapse_short() {
+    for (std::uint32_t h = 0; h < mesh_.half_edge_count(); ++h) {
+      if (!mesh_.alive(h)) continue;
+      const std::uint32_t a = mesh_.start(h), b = mesh_.end(h);
+      if (mesh_.fixed(a) || length(h) >= kCollapseBelow * wanted(a, b)) continue;
+      if (mesh_.may_collapse(h) && collapse_keeps_surface(h)) mesh_.collapse(h);
+    }
+  }
+
+  /// Whether the triangles round start(h) may end at end(h) instead: none too long, too thin or
+  /// turned, and the place that vanishes still near.
+  bool collapse_keeps_surface(std::uint32_t h) const {
+    const std::uint32_t a = mesh_.start(h), b = mesh_.end(h);
+    const Vec3f from = mesh_.position(a), to = mesh_.position(b);
+    float nearest_sq = std::numeric_limits<float>::infinity();
+    const bool good = mesh_.each_out(a, [&](std::uint32_t out) {
+      const std::uint32_t c = mesh_.end(out), d = mesh_.opposite(out);
+      if (c == b || d == b) return true;
+      const Vec3f pc = mesh_.position(c), pd = mesh_.position(d);
+      if (norm(pc - to) > kSplitAbove * wanted(b, c)) return false;
+      const Vec3f after = cross(pc - to, pd - to);
+      if (turned_too_far(cross(pc - from, pd - from), after, kCollapseTurn)) return false;
+      if (shape(to, pc, pd) < kLeastShape) return false;
+      nearest_sq = std::min(nearest_sq, nearest_on_triangle(from, to, pc, pd).distance_sq);
+      return true;
+    });
+    const float most = kErrorShare * limits_.error_m;
+    return good && nearest_sq <= most * most;
+  }
+
+  void flip_edges() {
+    for (int sweep = 0; sweep < 3; ++sweep) {
+      std::size_t flipped = 0;
+      for (std::uint32_t h = 0; h < mesh_.half_edge_count(); ++h) {
+        if (!mesh_.alive(h) || mesh_.twin(h) == kNone || mesh_.twin(h) < h) continue;
+        if (!flip_helps(h) || !mesh_.may_flip(h)) continue;
+        mesh_.flip(h);
+        ++flipped;
+      }
+      if (flipped == 0) break;
+    }
+  }
+
+  /// Delaunay: the angles opposite the edge add up to more than 180 degrees. The two surfaces of
+  /// the four corners differ by no more than the distance of the diagonals.
+  bool flip_helps(std::uint32_t h) const {
+    const std::uint32_t g = mesh_.twin(h);
+    const Vec3f a = mesh_.position(mesh_.start(h)), b = mesh_.position(mesh_.end(h));
+    const Vec3f c = mesh_.position(mesh_.opposite(h)), d = mesh_.position(mesh_.opposite(g));
+    const Vec3f ca = a - c, cb = b - c, da = a - d, db = b - d;
+    const float sine_c = norm(cross(ca, cb)), sine_d = norm(cross(da, db));
+    const float cosine_c = dot(ca, cb), cosine_d = dot(da, db);
+    // sin(c + d) < 0, by a margin that keeps rounding from turning an edge to and fro.
+    const float sum = sine_c * cosine_d + cosine_c * sine_d;
+    if (!(sum < -1e-3f * std::sqrt(dot(ca, ca) * dot(cb, cb) * dot(da, da) * dot(db, db)))) {
+      return false;
+    }
+    const Vec3f n0 = cross(b - a, c - a), n1 = cross(a - b, d - b);
+    const Vec3f m0 = cross(d - a, c - a), m1 = cross(b - d, c - d);
+    const Vec3f before = n0 + n1;
+    if (turned_too_far(before, m0, kFlipTurn) || turned_too_far(before, m1, kFlipTurn))
+      return false;
+    const Vec3f across = cross(b - a, d - c);
+    const float across_length = norm(across);
+    const float gap = across_length > 0.0f ? std::abs(dot(across, c - a)) / across_length : 0.0f;
+    return gap <= kErrorShare * limits_.error_m;
+  }
+
+  void smooth() {
+    for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v) {
+      if (mesh_.vertex_alive(v) && !mesh_.fixed(v)) smooth(v);
+    }
+  }
+
+  void smooth(std::uint32_t v) {
+    const Vec3f p = mesh_.position(v);
+    // Middle of the triangles' middles; small triangles where small ones are wanted weigh no less.
+    Vec3f sum{}, normal{};
+    float weights = 0.0f;
+    mesh_.each_out(v, [&](std::uint32_t h) {
+      const std::uint32_t b = mesh_.end(h), c = mesh_.opposite(h);
+      const Vec3f pb = mesh_.position(b) - p, pc = mesh_.position(c) - p;
+      const Vec3f n = cross(pb, pc);
+      const float want = patch_.size[v] + patch_.size[b] + patch_.size[c];
+      const float weight = norm(n) / (want * want);
+      sum += (pb + pc) * (weight / 3.0f);
+      weights += weight;
+      normal += n;
+      return true;
+    });
+    if (!(weights > 0.0f)) return;
+    normal = normalized(normal);
+    Vec3f step = sum / weights;
+    step -= normal * dot(normal, step);
+    Vec3f on;
+    std::uint32_t triangle = 0;
+    if (!project(p + step * kStep, normal, patch_.hint[v], on, triangle)) return;
+    if (!move_keeps_surface(v, p, on)) return;
+    mesh_.move(v, on);
+    patch_.hint[v] = triangle;
+  }
+
+  /// Whether the triangles round v stay upright and get no worse than they may be, and the place
+  /// that v leaves stays near.
+  bool move_keeps_surface(std::uint32_t v, Vec3f from, Vec3f to) const {
+    float worst_before = 1.0f, worst_after = 1.0f;
+    float nearest_sq = std::numeric_limits<float>::infinity();
+    const bool upright = mesh_.each_out(v, [&](std::uint32_t h) {
+      const Vec3f b = mesh_.position(mesh_.end(h)), c = mesh_.position(mesh_.opposite(h));
+      worst_before = std::min(worst_before, shape(from, b, c));
+      worst_after = std::min(worst_after, shape(to, b, c));
+      nearest_sq = std::min(nearest_sq, nearest_on_triangle(from, to, b, c).distance_sq);
+      return !turned_too_far(cross(b - from, c - from), cross(b - to, c - to), kMoveTurn);
+    });
+    const float most = kErrorShare * limits_.error_m;
+    return upright && nearest_sq <= most * most &&
+           (worst_after >= 0.4f || worst_after >= worst_before);
+  }
+
+  RelaxPatch& patch_;
+  PatchMesh& mesh_;
+  const TriangleTree& input_;
+  const RelaxLimits& limits_;
+};
+
+}  // namespace
+
+void relax(RelaxPatch& patch, const TriangleTree& input, const RelaxLimits& limits) {
+  Relaxation(patch, input, limits).run();
+}
+
+}  // namespace cornice::remesh
