@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Tiles cut from known surfaces, stitched, and looked at with nothing of the stage itself.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "core/io/ply.h"
+#include "core/mesh/quality.h"
+#include "core/mesh/surface_distance.h"
+#include "stages/stitch/survey.h"
+#include "tests/property/stitch/tiles.h"
+#include "tests/support/temporary_folder.h"
+
+namespace cornice::stitch {
+namespace {
+
+namespace fs = std::filesystem;
+using test::CutPlan;
+
+struct Outcome {
+  std::vector<Mesh> before, after;  ///< by number of the tile
+  StitchResult result;
+};
+
+Outcome stitch_tiles(const std::vector<Mesh>& tiles, Options options = {}, bool reversed = false) {
+  const test::TemporaryFolder folder;
+  std::vector<fs::path> paths = test::write_tiles(folder.path(), tiles);
+  if (reversed) std::reverse(paths.begin(), paths.end());
+  Outcome run;
+  run.before = tiles;
+  run.after.resize(tiles.size());
+  const Survey survey = learn_survey(paths, options);
+  run.result = stitch_survey(survey, options, [&](const fs::path& path, EditedTile& tile) {
+    run.after[std::stoul(path.stem().string().substr(1))] = std::move(tile.mesh);
+  });
+  return run;
+}
+
+/// One surface with one outline: no open edge inside, no T-vertex, no mismatched vertex.
+void expect_one_surface(const Outcome& run) {
+  const test::Welded all = test::weld(run.after);
+  const TopologyReport topology = check_topology(all.triangles, all.positions.size(), 1);
+  EXPECT_TRUE(topology.is_manifold())
+      << topology.non_manifold_edges << " edges, " << topology.non_manifold_vertices
+      << " vertices, " << topology.degenerate_triangles << " degenerate, "
+      << topology.duplicate_triangles << " duplicate";
+  EXPECT_EQ(topology.components, 1u);
+  const auto twins = match_half_edges(all.triangles, all.positions.size(), 1);
+  EXPECT_EQ(border_loops(all.triangles, twins, all.positions.size()).size(), 1u);
+  EXPECT_EQ(run.result.seams.faults(), 0u);
+}
+
+Vec3d facing(const Mesh& m, const Triangle& t) {
+  const Vec3d a = m.positions[t[0]].cast<double>();
+  return cross(m.positions[t[1]].cast<double>() - a, m.positions[t[2]].cast<double>() - a);
+}
+
+/// Moved by no more than the tolerance, and not at all where no triangle touches the border.
+void expect_little_changed(const Outcome& run, double tolerance_m) {
+  for (std::size_t i = 0; i < run.before.size(); ++i) {
+    const Mesh& before = run.before[i];
+    const Mesh& after = run.after[i];
+    const TriangleTree from(before.positions, before.triangles, 1);
+    const TriangleTree to(after.positions, after.triangles, 1);
+    ASSERT_EQ(before.origin, after.origin);
+    EXPECT_LE(measure_distance(from, to, 0.1f, 1).hausdorff_m(), tolerance_m + 1e-3)
+        << "tile " << i;
+    const auto border = border_vertices(
+        before.triangles, match_half_edges(before.triangles, before.positions.size(), 1),
+        before.positions.size());
+    std::size_t inner = 0;
+    for (std::size_t v = 0; v < border.size(); ++v) {
+      if (border[v] != 0) continue;
+      ++inner;
+      EXPECT_TRUE(std::find(after.positions.begin(), after.positions.end(), before.positions[v]) !=
+                  after.positions.end());
+    }
+    EXPECT_GT(inner, 0u);
+  }
+}
+
+void expect_nothing_folded(const Outcome& run) {
+  for (const Mesh& tile : run.after) {
+    for (const Triangle& t : tile.triangles) {
+      Vec3d mean{};
+      for (const std::uint32_t v : t) mean += tile.normals[v].cast<double>();
+      EXPECT_GT(dot(facing(tile, t), mean), 0.0);
+    }
+  }
+}
+
+void expect_stitched(const CutPlan& plan, double tolerance_m = 0.25) {
+  Options options;
+  options.tolerance_m = tolerance_m;
+  const Outcome run = stitch_tiles(test::cut_tiles(plan), options);
+  expect_one_surface(run);
+  expect_little_changed(run, tolerance_m);
+  expect_nothing_folded(run);
+}
+
+TEST(Stitch, LeavesTilesThatMeetWhereTheyAre) {
+  CutPlan plan;
+  plan.columns = 3, plan.rows = 3;
+  const Outcome run = stitch_tiles(test::cut_tiles(plan));
+  expect_one_surface(run);
+  for (std::size_t i = 0; i < run.before.size(); ++i) {
+    EXPECT_EQ(run.before[i].positions, run.after[i].positions);
+    EXPECT_EQ(run.before[i].triangles, run.after[i].triangles);
+  }
+  EXPECT_EQ(run.result.plan.moved_vertices, 0u);
+}
+
+TEST(Stitch, GivesSharedVerticesOneNormalAndOneValue) {
+  const Outcome run = stitch_tiles(test::cut_tiles(CutPlan{}));
+  struct Values {
+    Vec3f normal;
+    float support;
+    std::uint8_t bridged;
+    bool operator==(const Values&) const = default;
+  };
+  std::map<std::tuple<double, double, double>, Values> known;
+  std::size_t shared = 0;
+  for (const Mesh& tile : run.after) {
+    for (std::size_t v = 0; v < tile.positions.size(); ++v) {
+      const Vec3d p = tile.origin + tile.positions[v].cast<double>();
+      const Values values{tile.normals[v], tile.float_properties[0].values[v],
+                          tile.byte_properties[0].values[v]};
+      const auto [place, is_new] = known.emplace(std::tuple{p.x, p.y, p.z}, values);
+      if (is_new) continue;
+      ++shared;
+      EXPECT_EQ(place->second, values);
+    }
+  }
+  EXPECT_EQ(shared, 4u * 16u + 3u);
+  // Between tile 1 and tile 2 of the lower row, whose supports are 1 and 2.
+  EXPECT_EQ(run.after[0].float_properties[0].values[16], 1.5f);
+}
+
+TEST(Stitch, JoinsShiftedBorders) {
+  for (const double jitter : {1e-4, 0.003, 0.02, 0.05}) {
+    SCOPED_TRACE(jitter);
+    CutPlan plan;
+    plan.jitter_m = jitter;
+    plan.columns = 3, plan.rows = 2;
+    expect_stitched(plan);
+  }
+}
+
+TEST(Stitch, JoinsTilesOfDifferentResolution) {
+  CutPlan plan;
+  plan.cells = [](int column, int row) { return 12 + 7 * column + 5 * row; };
+  expect_stitched(plan);
+}
+
+TEST(Stitch, JoinsShiftedBordersOfDifferentResolution) {
+  CutPlan plan;
+  plan.columns = 3, plan.rows = 3;
+  plan.jitter_m = 0.02;
+  plan.cells = [](int column, int row) { return (column + row) % 2 == 0 ? 10 : 25; };
+  expect_stitched(plan);
+}
+
+TEST(Stitch, AgreesOnCornersThatFourTilesPlaceDifferently) {
+  CutPlan plan;
+  plan.jitter_m = 0.05;
+  plan.only_corners = true;
+  plan.columns = 3, plan.rows = 3;
+  expect_stitched(plan);
+}
+
+TEST(Stitch, JoinsBordersThroughAWallThatLeansOver) {
+  for (const double jitter : {0.0, 0.03}) {
+    SCOPED_TRACE(jitter);
+    CutPlan plan;
+    plan.surface = test::leaning_wall;
+    plan.jitter_m = jitter;
+    expect_stitched(plan);
+  }
+}
+
+TEST(Stitch, GivesTheSameWhateverTheOrderAndTheThreads) {
+  CutPlan plan;
+  plan.jitter_m = 0.03;
+  plan.columns = 3;
+  plan.cells = [](int column, int row) { return 14 + 3 * column + row; };
+  const std::vector<Mesh> tiles = test::cut_tiles(plan);
+  Options two;
+  two.threads = 2;
+  Options one;
+  one.threads = 1;
+  const Outcome a = stitch_tiles(tiles, one), b = stitch_tiles(tiles, two, true);
+  for (std::size_t i = 0; i < tiles.size(); ++i) {
+    EXPECT_EQ(a.after[i].positions, b.after[i].positions);
+    EXPECT_EQ(a.after[i].normals, b.after[i].normals);
+    EXPECT_EQ(a.after[i].triangles, b.after[i].triangles);
+    EXPECT_EQ(a.after[i].float_properties[0].values, b.after[i].float_properties[0].values);
+  }
+}
+
+}  // namespace
+}  // namespace cornice::stitch
