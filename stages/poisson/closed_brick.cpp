@@ -23,20 +23,34 @@ void copy_owned(const float* owner, int dx, int dy, int dz, float* closed) {
   }
 }
 
-/// Mean of the two coarse nodes around fine node `c`, which may be one and the same. The order of
-/// the additions depends on the parity of (x, y, z) only, so that a node has the same bits in every
-/// brick it is read with.
-float interpolate(const float* coarse, int x, int y, int z) {
-  const int x0 = x >> 1, x1 = (x + 1) >> 1, y0 = y >> 1, y1 = (y + 1) >> 1;
-  const auto along_x = [&](int j, int k) {
-    return x0 == x1 ? coarse[at9(x0, j, k)]
-                    : 0.5f * (coarse[at9(x0, j, k)] + coarse[at9(x1, j, k)]);
-  };
-  const auto along_y = [&](int k) {
-    return y0 == y1 ? along_x(y0, k) : 0.5f * (along_x(y0, k) + along_x(y1, k));
-  };
-  const int z0 = z >> 1, z1 = (z + 1) >> 1;
-  return z0 == z1 ? along_y(z0) : 0.5f * (along_y(z0) + along_y(z1));
+constexpr int kHalfSide = kBrickSide / 2 + 1;
+
+/// The means of `count` pairs.
+void add_halves(const float* a, const float* b, int count, float* sum) {
+  for (int i = 0; i < count; ++i) sum[i] = 0.5f * (a[i] + b[i]);
+}
+
+/// The closed nodes of a brick from the 5 x 5 x 5 of its parent that start at `coarse`: along x,
+/// then y, then z, whole rows and planes at a time. The order of the additions depends on the
+/// parity of a node alone, so that it has the same bits in every brick it is read with.
+void interpolate(const float* coarse, float* fine) {
+  constexpr int kPlane = kClosedSide * kClosedSide;
+  std::array<float, kClosedSide * kHalfSide * kHalfSide> along_x;
+  std::array<float, kPlane * kHalfSide> along_y;
+  for (int k = 0; k < kHalfSide; ++k) {
+    float* plane = along_y.data() + kPlane * k;
+    for (int j = 0; j < kHalfSide; ++j) {
+      const float* from = coarse + at9(0, j, k);
+      float* row = along_x.data() + kClosedSide * (j + kHalfSide * k);
+      for (int x = 0; x < kClosedSide; ++x) {
+        row[x] = (x & 1) == 0 ? from[x / 2] : 0.5f * (from[x / 2] + from[x / 2 + 1]);
+      }
+      std::copy_n(row, kClosedSide, plane + kClosedSide * 2 * j);
+      if (j > 0) add_halves(row - kClosedSide, row, kClosedSide, plane + kClosedSide * (2 * j - 1));
+    }
+    std::copy_n(plane, kPlane, fine + kPlane * 2 * k);
+    if (k > 0) add_halves(plane - kPlane, plane, kPlane, fine + kPlane * (2 * k - 1));
+  }
 }
 
 /// Where `brick` starts within its parent, in nodes of the parent.
@@ -58,11 +72,7 @@ bool read_closed_brick(std::span<const LevelView> levels, BrickKey brick,
     std::array<float, kClosedBrickNodes> coarse;
     if (!read_closed_brick(levels.subspan(1), parent(brick), coarse)) return false;
     const float* from = coarse.data() + at9(half_of(brick.x), half_of(brick.y), half_of(brick.z));
-    for (int z = 0; z < kClosedSide; ++z) {
-      for (int y = 0; y < kClosedSide; ++y) {
-        for (int x = 0; x < kClosedSide; ++x) values[at9(x, y, z)] = interpolate(from, x, y, z);
-      }
-    }
+    interpolate(from, values.data());
   }
   for (int o = 0; o < 8; ++o) {
     if (owners[o] == BrickIndex::kNone) continue;
