@@ -1,53 +1,86 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "stages/stitch/command.h"
 
-#include "core/cli/stage.h"
+#include <map>
+
+#include "core/base/error.h"
 
 namespace cornice::stitch {
 
+std::string Command::mesh_extension() const {
+  const std::string extension = output.extension().string();
+  return extension == ".ply" ? extension : "";
+}
+
 std::vector<Option> describe(Command& c) {
-  Options& o = c.options;
   return {
-      Option("TILES", c.tiles, "meshes of neighbouring tiles, .ply").positional().required(),
-      output_option(c.output, "folder for conforming tiles; or one mesh, .ply, .obj or .glb"),
-      Option("format", c.format, "of the tiles in the folder").words({"ply", "obj", "glb"}),
-      Option("reach", o.reach_m, "border vertices farther apart than this are no neighbours")
-          .range(0, 100)
+      Option("TILES", c.tiles, "all mesh tiles of a survey, .ply").positional().required(),
+      Option("output", c.output, "folder for tiles of the same names; or FILE.ply for one mesh")
+          .short_flag('o')
+          .output(),
+      Option("format", c.format, "of tiles in a folder").words({"ply"}),
+      Option("tolerance-m", c.options.tolerance_m,
+             "borders that do not meet exactly are joined up to this distance; 0: none")
+          .range(0, 10)
           .unit("m"),
-      Option("collapse", o.collapse_m,
-             "a vertex between two matched ones moves onto one as near as this; farther ones are "
-             "put into the other tile's edge")
-          .range(0, 100)
-          .unit("m"),
+      Option("check", c.check, "only looks: writes nothing, exit code 3 where tiles do not meet"),
   };
 }
 
-void report_plan(const Plan& plan, Report& report) {
-  report.count("border vertices that matched", plan.exact_vertices);
-  report.count("corners", plan.corners);
-  report.count("projected", plan.projected);
-  report.count("collapsed", plan.collapsed);
-  report.count("inserted", plan.inserted);
+void check_command(const Command& c) {
+  if (c.check != c.output.empty()) {
+    throw UsageError("--output", c.check ? "is not for --check, which writes nothing"
+                                         : "is missing; or give --check");
+  }
+  std::map<std::filesystem::path, std::filesystem::path> names;
+  for (const std::filesystem::path& tile : c.tiles) {
+    const auto [first, is_new] = names.emplace(tile.stem(), tile);
+    if (is_new) continue;
+    throw UsageError(tile.string(), "has the name of " + first->second.string() +
+                                        "; every tile needs a name of its own");
+  }
 }
 
-void report_seams(const SeamReport& before, const SeamReport& after, Report& report) {
-  report.count("shared vertices", after.shared_vertices);
-  report.quality("open_edges_before", before.open_edges);
-  report.quality("mismatched_vertices_before", before.mismatched_vertices);
-  report.quality("shared_edges", after.shared_edges);
-  report.quality("open_edges", after.open_edges);
-  report.quality("t_vertices", after.t_vertices);
-  report.quality("mismatched_vertices", after.mismatched_vertices);
-  report.quality("non_manifold_edges", after.non_manifold_edges);
-  report.quality("flipped_neighbours", after.flipped_neighbours);
-  const auto warn = [&](std::uint64_t count, const char* what) {
-    if (count > 0) report.warn(std::to_string(count) + " " + what);
+void report_survey(const Survey& survey, Report& report) {
+  report.count("tiles", survey.paths.size());
+  report.count("empty tiles", survey.empty_tiles);
+  if (survey.empty_tiles > 0) {
+    report.warn(std::to_string(survey.empty_tiles) + " tiles have no triangles");
+  }
+  if (survey.moved_origins > 0) {
+    report.warn(std::to_string(survey.moved_origins) +
+                " tiles had an origin between whole metres; it was moved, which rounds positions");
+  }
+  for (const std::string& overlap : survey.overlaps) report.warn(overlap);
+}
+
+void report_seams(const SeamReport& seams, Report& report) {
+  report.count("shared edges", seams.shared_edges);
+  const auto fault = [&](const char* figure, const char* words, std::uint64_t count) {
+    report.quality(figure, count);
+    if (count > 0) report.warn(std::to_string(count) + " " + words);
   };
-  warn(after.open_edges, "edges of tiles are open between vertices that a neighbour shares");
-  warn(after.t_vertices, "vertices lie inside an edge of a neighbour");
-  warn(after.mismatched_vertices, "border vertices nearly meet one of a neighbour; try --reach");
-  warn(after.non_manifold_edges, "edges belong to more than two triangles");
-  warn(after.flipped_neighbours, "triangles are turned against their neighbour across a border");
+  fault("open_edges", "edges lie along another tile's border without matching it",
+        seams.open_edges);
+  fault("t_vertices", "vertices lie inside another tile's border edge", seams.t_vertices);
+  fault("mismatched_vertices", "border vertices have no equal on the other side",
+        seams.mismatched_vertices);
+  fault("non_manifold_edges", "edges have more than two triangles", seams.non_manifold_edges);
+  fault("turned_triangles", "triangle pairs face opposite sides across a border",
+        seams.turned_triangles);
+  fault("degenerate_triangles", "triangles have no area", seams.degenerate_triangles);
+}
+
+void report_stitching(const StitchResult& result, Report& report) {
+  report.count("vertices", result.vertices);
+  report.count("triangles", result.triangles);
+  report.count("shared vertices", result.shared_vertices);
+  report.count("moved vertices", result.plan.moved_vertices);
+  report.count("new vertices", result.plan.new_vertices);
+  report.count("collapsed edges", result.plan.collapsed_edges);
+  report.count("flipped edges", result.flipped_edges);
+  report.quality("largest_move_m", result.plan.largest_move_m);
+  report_seams(result.seams, report);
 }
 
 }  // namespace cornice::stitch

@@ -1,101 +1,50 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// cornice-stitch: the tiles of a survey in, tiles that share their borders (or one mesh) out.
-#include <set>
+// cornice-stitch: mesh tiles of a survey in, tiles that share their border vertices out.
+#include <memory>
 
 #include "core/base/error.h"
 #include "core/cli/stage.h"
-#include "core/io/mesh_export.h"
-#include "core/io/ply.h"
-#include "stages/stitch/apply.h"
 #include "stages/stitch/command.h"
-#include "stages/stitch/merge.h"
+#include "stages/stitch/output.h"
 
 namespace {
 
 using namespace cornice;
 
-bool is_folder(const stitch::Command& command) { return !command.output.has_extension(); }
-
-/// Every tile's border; tiles of different systems are refused.
-std::vector<stitch::TileBorder> read_borders(const stitch::Command& command,
-                                             StageContext& context) {
-  std::vector<stitch::TileBorder> borders;
-  std::string crs;
-  std::set<std::string> names;
-  context.progress.begin("read borders", command.tiles.size());
-  for (const auto& path : command.tiles) {
-    check_cancelled(context.progress);
-    if (!names.insert(path.stem().string()).second && is_folder(command)) {
-      throw UsageError("TILES", "two tiles are called " + path.stem().string() +
-                                    "; the output folder holds one of each name");
-    }
-    const Mesh mesh = read_ply_mesh(path);
-    if (!mesh.crs_text.empty()) {
-      if (!crs.empty() && crs != mesh.crs_text) {
-        throw InputError(path.string(), "is in " + mesh.crs_text + ", tiles before it in " + crs +
-                                            "; stitch tiles of one coordinate system");
-      }
-      crs = mesh.crs_text;
-    }
-    borders.push_back(stitch::find_border(mesh, context.options.threads));
-    context.progress.advance(1);
+void check(const stitch::Command& command, const stitch::Survey& survey, Report& report) {
+  stitch::SeamReport seams;
+  report.step("check", [&] { seams = stitch::check_survey(survey, command.options); });
+  stitch::report_seams(seams, report);
+  if (seams.faults() > 0) {
+    throw InputError("", "the tiles do not make one surface: " + std::to_string(seams.faults()) +
+                             " faults; stitch them, or raise --tolerance-m");
   }
-  context.progress.end();
-  return borders;
-}
-
-/// Changes and writes tile by tile; returns the finished borders.
-std::vector<stitch::TileBorder> write_tiles(const stitch::Command& command,
-                                            const stitch::Plan& plan, StageContext& context) {
-  Report& report = context.report;
-  std::vector<stitch::TileBorder> borders;
-  stitch::Merger merger;
-  context.progress.begin("write", command.tiles.size());
-  for (std::size_t t = 0; t < command.tiles.size(); ++t) {
-    check_cancelled(context.progress);
-    Mesh mesh = read_ply_mesh(command.tiles[t]);
-    const stitch::ApplyCounts counts =
-        stitch::apply_plan(mesh, plan.tiles[t], context.options.threads);
-    report.count("dropped triangles", counts.dropped_triangles);
-    report.count("turned edges", counts.turned_edges);
-    report.count("triangles", mesh.triangles.size());
-    borders.push_back(stitch::find_border(mesh, context.options.threads));
-    if (is_folder(command)) {
-      const auto path =
-          command.output / (command.tiles[t].stem().string() + "." + command.format);
-      export_mesh(path, mesh);
-      report.add_output(path);
-    } else {
-      try {
-        merger.add(mesh, context.options.threads);
-      } catch (const InputError& error) {
-        throw InputError(command.tiles[t].string(), error.problem());
-      }
-    }
-    context.progress.advance(1);
-  }
-  context.progress.end();
-  if (!is_folder(command)) export_mesh(command.output, merger.take());
-  return borders;
 }
 
 void run(stitch::Command& command, StageContext& context) {
   Report& report = context.report;
   command.options.threads = context.options.threads;
-  if (!is_folder(command) && !is_mesh_extension(command.output)) {
-    throw UsageError("--output", "'" + command.output.string() +
-                                     "' is neither a folder nor .ply, .obj or .glb");
-  }
-  for (const auto& path : command.tiles) report.add_input(path);
-  std::vector<stitch::TileBorder> borders;
-  report.step("read borders", [&] { borders = read_borders(command, context); });
-  stitch::Plan plan;
-  report.step("match", [&] { plan = stitch::resolve(borders, command.options); });
-  stitch::report_plan(plan, report);
-  const stitch::SeamReport before = stitch::check_seams(borders);
-  borders.clear();
-  report.step("write", [&] { borders = write_tiles(command, plan, context); });
-  stitch::report_seams(before, stitch::check_seams(borders), report);
+  stitch::check_command(command);
+  for (const auto& tile : command.tiles) report.add_input(tile);
+  context.memory.charge("two tiles", 2 * stitch::bytes_of_largest(command.tiles));
+  stitch::Survey survey;
+  report.step("borders", [&] {
+    survey = stitch::learn_survey(command.tiles, command.options, context.progress);
+  });
+  stitch::report_survey(survey, report);
+  if (command.check) return check(command, survey, report);
+  const std::unique_ptr<stitch::Output> output = stitch::open_output(command, survey);
+  stitch::StitchResult result;
+  report.step("stitch", [&] {
+    result = stitch::stitch_survey(
+        survey, command.options,
+        [&](const std::filesystem::path& path, stitch::EditedTile& tile) {
+          output->add(path, tile);
+        },
+        context.progress);
+  });
+  report.step("finish", [&] { output->finish(); });
+  stitch::report_stitching(result, report);
 }
 
 }  // namespace
@@ -104,10 +53,10 @@ int main(int argc, char** argv) {
   stitch::Command command;
   Stage stage;
   stage.name = "stitch";
-  stage.description = "Makes neighbouring tiles share their border vertices bit for bit";
+  stage.description = "Makes the mesh tiles of a survey share the vertices of their borders";
   stage.options = stitch::describe(command);
   stage.examples = {"cornice-stitch tiles/*.ply -o stitched",
-                    "cornice-stitch a.ply b.ply -o survey.glb"};
+                    "cornice-stitch tiles/*.ply -o survey.ply --tolerance-m 0.5"};
   stage.run = [&](StageContext& context) { run(command, context); };
   return run_stage(argc, argv, std::move(stage));
 }

@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 #include <string>
 
+#include "core/base/random.h"
 #include "core/io/ply.h"
 #include "core/mesh/quality.h"
 #include "core/mesh/surface_distance.h"
@@ -161,6 +163,25 @@ TEST(Stitch, JoinsShiftedBordersOfDifferentResolution) {
   plan.jitter_m = 0.02;
   plan.cells = [](int column, int row) { return (column + row) % 2 == 0 ? 10 : 25; };
   expect_stitched(plan);
+}
+
+TEST(Stitch, JoinsAnyMixtureOfShiftsAndResolutions) {
+  const char* seeds = std::getenv("SEEDS");
+  for (std::uint64_t seed = 0; seed < (seeds ? std::stoul(seeds) : 20u); ++seed) {
+    SCOPED_TRACE(seed);
+    CounterRandom random(seed, 77, 0);
+    CutPlan plan;
+    plan.seed = seed;
+    plan.columns = 1 + static_cast<int>(random.bits() % 3);
+    plan.rows = 2;
+    plan.surface = random.bits() % 2 == 0 ? test::hills : test::leaning_wall;
+    plan.jitter_m = 0.05 * random.uniform();
+    const std::uint64_t kind = random.bits();
+    plan.cells = [=](int column, int row) {
+      return 10 + static_cast<int>(mix64(kind + static_cast<std::uint64_t>(10 * column + row)) % 16);
+    };
+    expect_stitched(plan);
+  }
 }
 
 TEST(Stitch, AgreesOnCornersThatFourTilesPlaceDifferently) {

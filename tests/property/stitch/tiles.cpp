@@ -12,7 +12,7 @@ namespace cornice::test {
 namespace {
 
 double offset(std::uint64_t tile, std::uint64_t vertex, std::uint64_t axis, double amplitude) {
-  return amplitude * (2.0 * CounterRandom(tile + 1, axis + 1, vertex).uniform() - 1.0);
+  return amplitude * CounterRandom(tile, axis, vertex).uniform(-1.0, 1.0);
 }
 
 /// A position that floats of all tiles hold exactly.
@@ -28,6 +28,7 @@ Mesh cut_tile(const CutPlan& plan, int column, int row) {
   mesh.crs_text = "EPSG:2056+5728";
   const int cells = plan.cells(column, row);
   const auto tile = static_cast<std::uint64_t>(row * plan.columns + column);
+  const std::uint64_t stream = 1000 * plan.seed + tile;
   mesh.float_properties.push_back({"support", {}});
   mesh.byte_properties.push_back({"bridged", {}});
   for (int j = 0; j <= cells; ++j) {
@@ -38,8 +39,8 @@ Mesh cut_tile(const CutPlan& plan, int column, int row) {
       const bool ends_u = i == 0 || i == cells, ends_v = j == 0 || j == cells;
       if (plan.only_corners ? ends_u && ends_v : ends_u || ends_v) {
         const auto vertex = static_cast<std::uint64_t>(j * (cells + 1) + i);
-        p += Vec3d{offset(tile, vertex, 0, plan.jitter_m), offset(tile, vertex, 1, plan.jitter_m),
-                   offset(tile, vertex, 2, plan.jitter_m)};
+        p += Vec3d{offset(stream, vertex, 0, plan.jitter_m), offset(stream, vertex, 1, plan.jitter_m),
+                   offset(stream, vertex, 2, plan.jitter_m)};
       }
       mesh.positions.push_back((plan.origin + p - mesh.origin).cast<float>());
       constexpr double kStep = 1e-4;

@@ -27,6 +27,7 @@ struct CutPlan {
   /// Cells along a tile's side.
   std::function<int(int column, int row)> cells = [](int, int) { return 16; };
   double jitter_m = 0.0;      ///< of border vertices, in each direction
+  std::uint64_t seed = 0;      ///< of the jitter
   bool only_corners = false;  ///< jitter at the corners of tiles alone
   Vec3d origin{2600000.0, 1200000.0, 1500.0};
 };
