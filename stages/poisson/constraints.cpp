@@ -104,6 +104,15 @@ void add_divergence(const Vectors& v, float* constraints) {
 
 /// V of the next coarser level at a brick's nodes and one around. False where it is zero.
 bool interpolate(const VectorGrid& coarse, BrickKey brick, Vectors& to) {
+  if (coarse.bricks.empty()) return false;
+  bool near = false;
+  for (int o = 0; o < 8; ++o) {
+    const auto owner = [](int b, int side) { return (4 * b - 1 + 5 * side) >> 3; };
+    near =
+        near || coarse.index.find(coarse.bricks, {owner(brick.x, o & 1), owner(brick.y, o >> 1 & 1),
+                                                  owner(brick.z, o >> 2)}) != BrickIndex::kNone;
+  }
+  if (!near) return false;
   constexpr int kWindow = 6;  // coarse nodes 4b - 1 .. 4b + 4
   std::array<Vec3f, kWindow * kWindow * kWindow> window{};
   bool any = false;

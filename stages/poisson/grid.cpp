@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kBricksAtATime = 64;
 /// A cell with samples makes the nodes unknown that are this far from it, corners of the cell
 /// counting as 1: one for the splatted normals, one for their divergence, one to even out.
-constexpr int kBand = 3;
+constexpr int kBand = 2;
 /// Cells, counted from a brick's first, whose samples reach its nodes, or those one further.
 constexpr int kLow = -kBand - 1, kHigh = kBrickSide + kBand - 1;
 constexpr int kWide = kHigh - kLow + 1;

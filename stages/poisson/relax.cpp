@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <span>
 
 #include "core/base/parallel.h"
 #include "stages/poisson/vector_clones.h"
@@ -47,16 +48,17 @@ constexpr LaneMasks kLaneMasks;
 struct Equations {
   const float* constraints;
   const RowMasks* active;
-  std::array<const float*, kBrickRows> taps{};  ///< null where there is no screening
-  int low = kBrickSide, high = -1;              ///< planes with active nodes
+  std::span<const Tie> ties;
+  int low = kBrickSide, high = -1;  ///< planes with active nodes
 
   Equations(const Grid& grid, const Screening& screening, std::size_t brick)
-      : constraints(grid.constraints.data() + brick * kBrickNodes), active(&grid.active[brick]) {
+      : constraints(grid.constraints.data() + brick * kBrickNodes),
+        active(&grid.active[brick]),
+        ties(screening.ties(brick)) {
     for (int r = 0; r < kBrickRows; ++r) {
       if ((*active)[r] == 0) continue;
       low = std::min(low, r >> 3);
       high = r >> 3;
-      if (screening.has_row(brick, r)) taps[r] = screening.row(brick, r);
     }
   }
 };
@@ -123,64 +125,116 @@ void store(const Halo& halo, const Equations& equations, float* values) {
 }
 
 using Row = std::array<float, kBrickSide>;
+/// A row and the node before and behind it, which ties of the cells there also name.
+using WideRow = std::array<float, kSide>;
 
-/// Nine taps of one plane, applied to the values around `own`.
-inline void apply_plane(const float* taps, const float* own, Row& sum) {
-  const float *a = own - kRow, *b = own, *c = own + kRow;
-  for (int i = 0; i < kBrickSide; ++i) {
-    const float* t = taps + i;
-    sum[i] = (t[0] * a[i - 1] + t[8] * a[i] + t[16] * a[i + 1]) +
-             (t[24] * b[i - 1] + t[32] * b[i] + t[40] * b[i + 1]) +
-             (t[48] * c[i - 1] + t[56] * c[i] + t[64] * c[i + 1]);
+/// How a brick's ties pull. The field at each is kept up to date as nodes move, so that a row costs
+/// its own ties only.
+class Pull {
+ public:
+  void start(const Halo& halo, const Equations& equations) {
+    ties_ = equations.ties;
+    std::size_t t = 0;
+    for (int row = 0; row <= kTieRows; ++row) {
+      while (t < ties_.size() && ties_[t].row < row) ++t;
+      first_[row] = static_cast<std::uint16_t>(t);
+    }
+    for (t = 0; t < ties_.size(); ++t) {
+      const Tie& tie = ties_[t];
+      const int y = tie.row % kTieSide - 1, z = tie.row / kTieSide - 1;
+      const Vec3f f = tie.fraction;
+      const auto along = [&](int j, int k) {
+        const float* own = halo.row(y + j, z + k) + tie.x;
+        return (1.0f - f.x) * own[0] + f.x * own[1];
+      };
+      field_[t] = (1.0f - f.z) * ((1.0f - f.y) * along(0, 0) + f.y * along(1, 0)) +
+                  f.z * ((1.0f - f.y) * along(0, 1) + f.y * along(1, 1));
+    }
   }
-}
 
-/// What the equations of one row's nodes lack: constraint less stiffness and screening applied to
-/// the values. `taps` is null where there is no screening.
-inline void row_residual(const float* own, const float* constraint, const float* taps,
-                         Row& lacking) {
+  /// Takes the pull off what a row lacks, and, where asked, adds up how it stiffens each node:
+  /// ties between nodes of the row are counted with the node itself, as all of them move at once.
+  template <bool kStiffness>
+  void apply(int y, int z, WideRow& lacking, WideRow& stiffness) const {
+    for_each(y, z, [&](std::size_t t, const Tie& tie, float yz) {
+      const float pull = tie.strength * yz;
+      const float right = tie.fraction.x, left = 1.0f - right;
+      const std::size_t i = static_cast<std::size_t>(tie.x + 1);
+      lacking[i] -= pull * left * field_[t];
+      lacking[i + 1] -= pull * right * field_[t];
+      if constexpr (kStiffness) {
+        stiffness[i] += pull * yz * left;
+        stiffness[i + 1] += pull * yz * right;
+      }
+    });
+  }
+
+  /// The nodes of a row have moved.
+  void follow(int y, int z, const WideRow& moved) {
+    for_each(y, z, [&](std::size_t t, const Tie& tie, float yz) {
+      const float right = tie.fraction.x;
+      const std::size_t i = static_cast<std::size_t>(tie.x + 1);
+      field_[t] += yz * ((1.0f - right) * moved[i] + right * moved[i + 1]);
+    });
+  }
+
+ private:
+  /// Calls use(index, tie, weight of the row in the tie) for the ties of the four rows of cells
+  /// around a row of nodes.
+  template <class Use>
+  void for_each(int y, int z, Use use) const {
+    for (int o = 0; o < 4; ++o) {
+      const int above_y = o & 1, above_z = o >> 1;
+      const int row = (y + above_y) + kTieSide * (z + above_z);
+      for (std::size_t t = first_[row]; t < first_[row + 1]; ++t) {
+        const Vec3f f = ties_[t].fraction;
+        use(t, ties_[t], (above_y ? 1.0f - f.y : f.y) * (above_z ? 1.0f - f.z : f.z));
+      }
+    }
+  }
+
+  std::span<const Tie> ties_;
+  std::array<std::uint16_t, kTieRows + 1> first_;
+  std::array<float, kTiesMax> field_;
+};
+
+/// What the equations of one row's nodes lack but for screening: constraint less stiffness applied
+/// to the values. The first and last entries are zero.
+inline void row_residual(const float* own, const float* constraint, WideRow& lacking) {
   const float *a = own - kRow, *b = own + kRow, *c = own - kPlane, *d = own + kPlane;
   const float *e = c - kRow, *f = c + kRow, *g = d - kRow, *h = d + kRow;
+  lacking[0] = lacking[kSide - 1] = 0.0f;
   for (int i = 0; i < kBrickSide; ++i) {
     const float edges = ((a[i - 1] + a[i + 1]) + (b[i - 1] + b[i + 1])) +
                         ((c[i - 1] + c[i + 1]) + (d[i - 1] + d[i + 1])) +
                         ((e[i] + f[i]) + (g[i] + h[i]));
     const float corners = ((e[i - 1] + e[i + 1]) + (f[i - 1] + f[i + 1])) +
                           ((g[i - 1] + g[i + 1]) + (h[i - 1] + h[i + 1]));
-    lacking[i] = (constraint[i] - kCentre * own[i]) + (kEdge * edges + kCorner * corners);
+    lacking[i + 1] = (constraint[i] - kCentre * own[i]) + (kEdge * edges + kCorner * corners);
   }
-  if (taps == nullptr) return;
-  Row below, here, above;
-  apply_plane(taps, own - kPlane, below);
-  apply_plane(taps + 9 * kBrickSide, own, here);
-  apply_plane(taps + 18 * kBrickSide, own + kPlane, above);
-  for (int i = 0; i < kBrickSide; ++i) lacking[i] -= (below[i] + above[i]) + here[i];
 }
 
-/// Moves one row's nodes to where their equations hold. Neighbours along the row move at the same
-/// time; only screening ties them together, and adding its ties to the diagonal keeps that stable.
-inline void relax_row(float* own, const float* constraint, const float* taps, std::uint8_t active) {
-  Row lacking;
-  row_residual(own, constraint, taps, lacking);
-  Row mask = kLaneMasks.of[active], moved;
-  if (taps == nullptr) {
-    for (int i = 0; i < kBrickSide; ++i)
-      moved[i] = own[i] + mask[i] * (lacking[i] * (1.0f / kCentre));
-  } else {
-    const float *before = taps + 12 * kBrickSide, *centre = taps + 13 * kBrickSide,
-                *after = taps + 14 * kBrickSide;
-    for (int i = 0; i < kBrickSide; ++i) {
-      const float diagonal = (kCentre + centre[i]) + (before[i] + after[i]);
-      moved[i] = own[i] + mask[i] * (lacking[i] / diagonal);
-    }
-  }
-  std::memcpy(own, moved.data(), sizeof(moved));
+/// Moves one row's nodes to where their equations hold.
+inline void relax_row(float* own, const float* constraint, int y, int z, std::uint8_t active,
+                      Pull& pull) {
+  WideRow lacking, stiffness, moved;
+  row_residual(own, constraint, lacking);
+  stiffness.fill(kCentre);
+  pull.apply<true>(y, z, lacking, stiffness);
+  const Row mask = kLaneMasks.of[active];
+  moved[0] = moved[kSide - 1] = 0.0f;
+  for (int i = 0; i < kBrickSide; ++i) moved[i + 1] = mask[i] * (lacking[i + 1] / stiffness[i + 1]);
+  Row place;
+  for (int i = 0; i < kBrickSide; ++i) place[i] = own[i] + moved[i + 1];
+  std::memcpy(own, place.data(), sizeof(place));
+  pull.follow(y, z, moved);
 }
 
 /// Rows in four colours by the parities of y and z, to and fro. Rows of one colour do not see each
 /// other, so the processor need not wait for one before it starts the next.
 CORNICE_VECTOR_CLONES
-void relax_brick(Halo& halo, const Equations& equations) {
+void relax_brick(Halo& halo, const Equations& equations, Pull& pull) {
+  pull.start(halo, equations);
   constexpr std::array<int, 7> order{0, 1, 2, 3, 2, 1, 0};
   for (const int colour : order) {
     for (int z = colour >> 1; z < kBrickSide; z += 2) {
@@ -188,25 +242,27 @@ void relax_brick(Halo& halo, const Equations& equations) {
         const int r = y + kBrickSide * z;
         const std::uint8_t active = (*equations.active)[r];
         if (active)
-          relax_row(halo.row(y, z), equations.constraints + kBrickSide * r, equations.taps[r],
-                    active);
+          relax_row(halo.row(y, z), equations.constraints + kBrickSide * r, y, z, active, pull);
       }
     }
   }
 }
 
 CORNICE_VECTOR_CLONES
-void brick_residual(const Halo& halo, const Equations& equations, double& left, double& zero) {
+void brick_residual(const Halo& halo, const Equations& equations, Pull& pull, double& left,
+                    double& zero) {
+  pull.start(halo, equations);
   for (int r = 0; r < kBrickRows; ++r) {
     const std::uint8_t active = (*equations.active)[r];
     if (active == 0) continue;
     const float* constraint = equations.constraints + kBrickSide * r;
-    Row lacking;
-    row_residual(halo.row(r & 7, r >> 3), constraint, equations.taps[r], lacking);
+    WideRow lacking, unused;
+    row_residual(halo.row(r & 7, r >> 3), constraint, lacking);
+    pull.apply<false>(r & 7, r >> 3, lacking, unused);
     const float* mask = kLaneMasks.of[active].data();
     float l = 0.0f, z = 0.0f;
     for (int i = 0; i < kBrickSide; ++i) {
-      l += mask[i] * (lacking[i] * lacking[i]);
+      l += mask[i] * (lacking[i + 1] * lacking[i + 1]);
       z += mask[i] * (constraint[i] * constraint[i]);
     }
     left += static_cast<double>(l);
@@ -235,11 +291,12 @@ void relax(Grid& grid, const Screening& screening, int passes, int threads) {
       const std::vector<std::uint32_t>& bricks = colour[pass % 2 == 0 ? c : 7 - c];
       parallel_for(bricks.size(), kBricksAtATime, threads, [&](std::size_t begin, std::size_t end) {
         Halo halo;
+        Pull pull;
         for (std::size_t i = begin; i < end; ++i) {
           const std::size_t b = bricks[i];
           const Equations equations(grid, screening, b);
           load(grid, b, equations, halo);
-          relax_brick(halo, equations);
+          relax_brick(halo, equations, pull);
           store(halo, equations, grid.values.data() + b * kBrickNodes);
         }
       });
@@ -256,10 +313,11 @@ Residual residual(const Grid& grid, const Screening& screening, int threads) {
       [&](std::size_t begin, std::size_t end) {
         Sums part;
         Halo halo;
+        Pull pull;
         for (std::size_t b = begin; b < end; ++b) {
           const Equations equations(grid, screening, b);
           load(grid, b, equations, halo);
-          brick_residual(halo, equations, part.left, part.zero);
+          brick_residual(halo, equations, pull, part.left, part.zero);
         }
         return part;
       },

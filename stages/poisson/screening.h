@@ -2,10 +2,8 @@
 // The term that holds the field at zero where the samples are.
 #pragma once
 
-#include <array>
-#include <bit>
 #include <cstdint>
-#include <memory>
+#include <span>
 #include <vector>
 
 #include "stages/poisson/grid.h"
@@ -13,29 +11,34 @@
 
 namespace cornice::poisson {
 
-/// What a node's equation takes of the 27 nodes around it, for the rows of nodes near samples.
+/// A sample as a brick's nodes see it. Its cell is one of the brick's, or of those one before.
+struct Tie {
+  Vec3f fraction;         ///< place within the cell
+  float strength = 0.0f;  ///< of the pull, over the spacing
+  std::int8_t x = 0;      ///< cell, -1 .. 7
+  std::uint8_t row = 0;   ///< of cells: (y + 1) + 9 (z + 1)
+};
+
+inline constexpr int kTieSide = kBrickSide + 1;
+inline constexpr int kTieRows = kTieSide * kTieSide;
+inline constexpr int kTiesMax = kTieRows * kTieSide;
+
+/// Sum over samples of weight * area * B_i * B_j, over the spacing, held as the samples themselves:
+/// an eighth of what its 27 coefficients a node would take.
+/// Kazhdan & Hoppe 2013, equation (6): with weights that grow by 2 from level to level and areas in
+/// squared spacings, the same number serves every level.
 class Screening {
  public:
-  static constexpr int kTaps = 27;  ///< x fastest; 13 is the node itself
-  static constexpr int kRowFloats = kTaps * kBrickSide;
-
-  /// Sum over samples of weight * area * B_i * B_j, over the spacing.
-  /// Kazhdan & Hoppe 2013, equation (6): with weights that grow by 2 from level to level and areas
-  /// in squared spacings, the same number serves every level.
   Screening(const Grid& grid, const SampleLevel& samples, float weight, int threads);
 
-  bool has_row(std::size_t brick, int row) const { return rows_[brick] >> row & 1; }
-  /// 8 values for each tap. Only where has_row.
-  const float* row(std::size_t brick, int row) const {
-    const std::uint64_t before = rows_[brick] & ((std::uint64_t{1} << row) - 1);
-    return taps_.get() +
-           (first_[brick] + static_cast<std::uint64_t>(std::popcount(before))) * kRowFloats;
+  /// Of a brick, by row, then x; no cell twice.
+  std::span<const Tie> ties(std::size_t brick) const {
+    return {ties_.data() + first_[brick], ties_.data() + first_[brick + 1]};
   }
 
  private:
-  std::vector<std::uint64_t> rows_;   ///< one bit per row
-  std::vector<std::uint64_t> first_;  ///< number of the brick's first row
-  std::unique_ptr<float[]> taps_;
+  std::vector<std::uint64_t> first_;
+  std::vector<Tie> ties_;
 };
 
 }  // namespace cornice::poisson
