@@ -9,16 +9,17 @@ namespace cornice::stitch {
 
 std::string Command::mesh_extension() const {
   const std::string extension = output.extension().string();
-  return extension == ".ply" ? extension : "";
+  return extension == ".ply" || extension == ".obj" || extension == ".glb" ? extension : "";
 }
 
 std::vector<Option> describe(Command& c) {
   return {
       Option("TILES", c.tiles, "all mesh tiles of a survey, .ply").positional().required(),
-      Option("output", c.output, "folder for tiles of the same names; or FILE.ply for one mesh")
+      Option("output", c.output,
+             "folder for tiles of the same names; or FILE.ply, .obj or .glb for one mesh")
           .short_flag('o')
           .output(),
-      Option("format", c.format, "of tiles in a folder").words({"ply"}),
+      Option("format", c.format, "of tiles in a folder").words({"ply", "obj", "glb"}),
       Option("tolerance-m", c.options.tolerance_m,
              "borders that do not meet exactly are joined up to this distance; 0: none")
           .range(0, 10)
