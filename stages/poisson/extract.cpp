@@ -9,6 +9,7 @@
 #include <bit>
 #include <cassert>
 #include <numeric>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
@@ -17,12 +18,20 @@
 namespace cornice {
 namespace {
 
-constexpr std::size_t kBricksAtATime = 128;
+constexpr std::size_t kBricksAtATime = 256;
+/// Bricks are worked on in columns of 2^kBlockShift squared, so that those at a time share
+/// neighbours.
+constexpr int kBlockShift = 2;
 /// Whole numbers up to here are exact as floats.
 constexpr std::int64_t kMostUnits = std::int64_t{1} << 24;
 constexpr std::size_t kMostVertices = std::size_t{1} << 31;
 
 using Triangle = std::array<std::uint32_t, 3>;
+
+bool is_before_in_blocks(BrickKey a, BrickKey b) {
+  const auto block = [](BrickKey k) { return std::pair(k.x >> kBlockShift, k.y >> kBlockShift); };
+  return block(a) != block(b) ? block(a) < block(b) : a < b;
+}
 
 /// What a run of bricks gives. Arrays by brick, then by vertex, triangle and centre vertex.
 struct Part {
@@ -154,6 +163,7 @@ void Extraction::extract_bricks() {
   std::vector<BrickKey> next = values_.crossing_bricks(first_, last_, options_.threads);
   choose_origin(next);
   while (!next.empty()) {
+    std::sort(next.begin(), next.end(), is_before_in_blocks);
     progress_.begin("extract", next.size());
     const std::size_t first_part = parts_.size();
     parts_.resize(first_part + (next.size() + kBricksAtATime - 1) / kBricksAtATime);
