@@ -199,7 +199,8 @@ void write_copc(const std::filesystem::path& path, const PointCloud& points,
     throw InputError(path.string(), "more than 4294967295 points; write several files");
   }
   std::vector<Vec3<std::int32_t>> rounded;
-  const auto& stored = stored_points(points, options, path.string(), rounded);
+  const std::string name = path.string();
+  const auto& stored = stored_points(points, options, name, rounded);
   const CopcCube cube = copc_cube(stored, options.scale, options.offset);
   progress.begin("octree", 0);
   const std::vector<CopcNode> nodes = build_copc_octree(
