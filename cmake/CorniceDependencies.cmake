@@ -63,6 +63,13 @@ cornice_find_library(PCL::filters libpcl-dev pcl/point_cloud.h pcl_filters pcl_f
 if(TARGET PCL::filters)
   target_link_libraries(PCL::filters INTERFACE Eigen3::Eigen flann::flann)
 endif()
+if(CORNICE_BUILD_BENCH)
+  cornice_find_library(PCL::surface libpcl-dev pcl/surface/poisson.h pcl_surface pcl_search pcl_kdtree
+                       pcl_octree pcl_common)
+  if(TARGET PCL::surface)
+    target_link_libraries(PCL::surface INTERFACE Eigen3::Eigen flann::flann)
+  endif()
+endif()
 # Header-only; the libraries are those of its exact numbers.
 cornice_find_library(CGAL::headers libcgal-dev CGAL/AABB_tree.h gmp mpfr)
 # Used as headers everywhere: Ubuntu 22.04 has a compiled library beside them, the others do not.

@@ -1,0 +1,7 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# That the benchmark runs and writes its figures; what they are is not judged here.
+if(CORNICE_BUILD_BENCH)
+  add_test(NAME bench.poisson
+           COMMAND "${CMAKE_BINARY_DIR}/bin/bench-poisson" --quick --json
+                   "${CMAKE_CURRENT_BINARY_DIR}/bench-poisson.json")
+endif()
