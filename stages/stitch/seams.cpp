@@ -2,7 +2,7 @@
 #include "stages/stitch/seams.h"
 
 #include <algorithm>
-#include <set>
+#include <vector>
 
 #include "stages/stitch/edge_grid.h"
 #include "stages/stitch/near_vertices.h"
@@ -18,11 +18,17 @@ constexpr double kFolded = -0.95;
 bool lies_along_another(const LooseBorders& loose, std::uint32_t e) {
   const BorderEdge& edge = loose.edges()[e];
   const Vec3d along = loose.along(e);
-  const Vec3d middle = loose.positions()[edge.from] + along * 0.5;
-  return !loose
-              .edges_near(middle, along, along, edge.normal.cast<double>(), norm(along),
-                          loose.tile_of(edge.from))
-              .empty();
+  // A second place, because the other side may have a vertex right at the middle.
+  for (const double share : {0.5, 0.4}) {
+    const Vec3d place = loose.positions()[edge.from] + along * share;
+    if (!loose
+             .edges_near(place, along, along, edge.normal.cast<double>(), norm(along),
+                         loose.tile_of(edge.from))
+             .empty()) {
+      return true;
+    }
+  }
+  return false;
 }
 
 }  // namespace
@@ -42,20 +48,30 @@ SeamReport check_seams(const Borders& borders, const Matches& matches, double to
     ++report.shared_edges;
     report.turned_triangles += dot(loose.edges()[e].normal, loose.edges()[other].normal) < kFolded;
   }
-  std::set<std::uint32_t> suspects;
-  for (const std::uint32_t e : loose.loose_edges()) {
-    if (!lies_along_another(loose, e)) continue;
-    ++report.open_edges;
-    suspects.insert({loose.edges()[e].from, loose.edges()[e].to});
-  }
   const auto nearest = nearest_vertices(loose, tolerance_m);
+  std::vector<std::uint8_t> is_near(borders.vertex_count(), 0), is_suspect(is_near);
   for (std::size_t i = 0; i < nearest.size(); ++i) {
     const std::uint32_t v = loose.loose_vertices()[i];
-    if (!suspects.contains(v)) continue;
-    report.t_vertices += !loose.edges_near(v).empty();
-    report.mismatched_vertices += std::any_of(
-        nearest[i].begin(), nearest[i].end(),
-        [&](const auto& other) { return loose.positions()[other.second] != loose.positions()[v]; });
+    is_near[v] = !nearest[i].empty() || !loose.edges_near(v).empty();
+  }
+  for (const std::uint32_t e : loose.loose_edges()) {
+    // Where a hole ends at a shared border its two sides part: one end and the middle are near.
+    const BorderEdge& edge = loose.edges()[e];
+    if (is_near[edge.from] == 0 || is_near[edge.to] == 0 || !lies_along_another(loose, e)) continue;
+    ++report.open_edges;
+    is_suspect[edge.from] = is_suspect[edge.to] = 1;
+  }
+  for (std::size_t i = 0; i < nearest.size(); ++i) {
+    const std::uint32_t v = loose.loose_vertices()[i];
+    if (is_suspect[v] == 0) continue;
+    const auto is_apart = [&](const auto& other) {
+      return loose.positions()[other.second] != loose.positions()[v];
+    };
+    if (nearest[i].empty()) {
+      ++report.t_vertices;
+    } else {
+      report.mismatched_vertices += std::any_of(nearest[i].begin(), nearest[i].end(), is_apart);
+    }
   }
   return report;
 }

@@ -7,6 +7,7 @@
 
 #include "core/base/random.h"
 #include "core/io/ply.h"
+#include "core/mesh/select.h"
 
 namespace cornice::test {
 namespace {
@@ -39,7 +40,8 @@ Mesh cut_tile(const CutPlan& plan, int column, int row) {
       const bool ends_u = i == 0 || i == cells, ends_v = j == 0 || j == cells;
       if (plan.only_corners ? ends_u && ends_v : ends_u || ends_v) {
         const auto vertex = static_cast<std::uint64_t>(j * (cells + 1) + i);
-        p += Vec3d{offset(stream, vertex, 0, plan.jitter_m), offset(stream, vertex, 1, plan.jitter_m),
+        p += Vec3d{offset(stream, vertex, 0, plan.jitter_m),
+                   offset(stream, vertex, 1, plan.jitter_m),
                    offset(stream, vertex, 2, plan.jitter_m)};
       }
       mesh.positions.push_back((plan.origin + p - mesh.origin).cast<float>());
@@ -83,6 +85,19 @@ std::vector<Mesh> cut_tiles(const CutPlan& plan) {
     }
   }
   return tiles;
+}
+
+void punch_hole(std::vector<Mesh>& tiles, Vec3d middle, double radius_m) {
+  for (Mesh& tile : tiles) {
+    std::vector<std::uint8_t> keep;
+    for (const Triangle& t : tile.triangles) {
+      Vec3d sum{};
+      for (const std::uint32_t v : t) sum += tile.positions[v].cast<double>();
+      const Vec3d from = tile.origin + sum / 3.0 - middle;
+      keep.push_back(std::hypot(from.x, from.y) > radius_m);
+    }
+    tile = select_triangles(tile, keep);
+  }
 }
 
 Welded weld(const std::vector<Mesh>& tiles) {

@@ -27,12 +27,16 @@ struct CutPlan {
   /// Cells along a tile's side.
   std::function<int(int column, int row)> cells = [](int, int) { return 16; };
   double jitter_m = 0.0;      ///< of border vertices, in each direction
-  std::uint64_t seed = 0;      ///< of the jitter
+  std::uint64_t seed = 0;     ///< of the jitter
   bool only_corners = false;  ///< jitter at the corners of tiles alone
   Vec3d origin{2600000.0, 1200000.0, 1500.0};
 };
 /// Tiles in rows from the first column, with normals, a float property and a byte property.
 std::vector<Mesh> cut_tiles(const CutPlan& plan);
+
+/// Takes triangles out whose middle is within radius_m of `middle`, projected CRS, and the vertices
+/// that no other triangle has.
+void punch_hole(std::vector<Mesh>& tiles, Vec3d middle, double radius_m);
 
 /// Vertices welded where they are equal in the projected CRS.
 struct Welded {
