@@ -4,9 +4,11 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <map>
 #include <string>
 #include <utility>
@@ -33,10 +35,10 @@ constexpr const char* kOurs = "cornice";
 constexpr double kAltitude = 15.0;
 
 struct Settings {
-  std::vector<std::string> scenes{"alp", "cliff"};
+  std::vector<std::string> scenes{"alp", "cliff", "ledges"};
   std::vector<std::string> scanners{"oscillating", "polygon", "palmer"};
-  int tile_m = 200;
-  double density = 20.0;
+  int tile_m = 0;        ///< 0: the scene's own
+  double density = 0.0;  ///< 0: the scene's own
   bool true_lines = false;
   bool ours_only = false;
   std::filesystem::path table;
@@ -141,21 +143,35 @@ void draw(const Settings& settings, const SurveyPlan& plan, const Judged& judged
                 view(judged.points.positions, colours, settings.azimuth_deg, kAltitude, 1400));
 }
 
+struct Extent {
+  int tile_m;
+  double density;
+};
+
+/// The blades of `ledges` are as thin for 5 points/m² as none of `alp` and `cliff` is for 20.
+Extent extent_of(const std::string& scene, const Settings& settings, bool quick) {
+  Extent extent = scene == "ledges" ? Extent{160, 5.0} : Extent{quick ? 100 : 200, 20.0};
+  if (settings.tile_m > 0) extent.tile_m = settings.tile_m;
+  if (settings.density > 0.0) extent.density = settings.density;
+  return extent;
+}
+
 std::vector<SurveyPlan> plans(const Settings& settings, const Options& options) {
   std::vector<SurveyPlan> all;
   for (const std::string& scene : settings.scenes) {
+    const Extent extent = extent_of(scene, settings, options.quick);
     for (const std::string& scanner : settings.scanners) {
       for (const bool whole : {false, true}) {
         SurveyPlan plan;
         plan.scene = scene;
         plan.scanner = scanner;
         plan.whole_degrees = whole;
-        plan.tile_m = options.quick ? std::min(settings.tile_m, 100) : settings.tile_m;
-        plan.density = settings.density;
+        plan.tile_m = extent.tile_m;
+        plan.density = extent.density;
         plan.seed = options.seed;
         plan.true_lines = settings.true_lines;
         // The quick run keeps the hardest of each kind.
-        if (!options.quick || (scene == "cliff" && whole)) all.push_back(plan);
+        if (!options.quick || (scene != "alp" && whole)) all.push_back(plan);
       }
     }
   }
@@ -195,6 +211,25 @@ double best_peer(const std::map<std::string, double>& shares) {
   return best;
 }
 
+/// Points wrong on the whole, unsettled ones too, by the one of the other methods with fewest; and
+/// by ours.
+struct WrongPoints {
+  double ours = 0.0, best_peer = 0.0;
+};
+
+WrongPoints wrong_points(const std::vector<Score>& scores,
+                         const std::function<const ClassScore&(const Score&)>& part) {
+  std::map<std::string, double> wrong;
+  for (const Score& s : scores) {
+    wrong[s.method] += static_cast<double>(part(s).points - part(s).right);
+  }
+  WrongPoints result{wrong.at(kOurs), std::numeric_limits<double>::infinity()};
+  for (const auto& [method, count] : wrong) {
+    if (method != kOurs) result.best_peer = std::min(result.best_peer, count);
+  }
+  return result;
+}
+
 /// Runs in which another method has a greater share right, of all points or of overhang faces.
 double runs_lost(const std::vector<Score>& scores) {
   std::map<std::string, const Score*> mine;
@@ -228,6 +263,14 @@ void add_figures(const std::vector<Score>& scores, Result& result) {
   result.figure("best_peer_right_all_pooled", best_peer(all_pooled));
   result.figure("right_overhang_pooled", overhang_pooled.at(kOurs));
   result.figure("best_peer_right_overhang_pooled", best_peer(overhang_pooled));
+  if (all.size() > 1) {
+    const WrongPoints wrong = wrong_points(scores, of_all);
+    const WrongPoints wrong_overhang = wrong_points(scores, of_overhang);
+    result.figure("wrong_all", wrong.ours);
+    result.figure("best_peer_wrong_all", wrong.best_peer);
+    result.figure("wrong_overhang", wrong_overhang.ours);
+    result.figure("best_peer_wrong_overhang", wrong_overhang.best_peer);
+  }
   result.figure("runs_lost", runs_lost(scores));
 }
 
@@ -260,8 +303,13 @@ void measure(const Settings& settings, const Options& options, Result& result) {
   }
   std::printf("%s\n", table(scores).c_str());
   if (!settings.table.empty()) write_file_atomically(settings.table, table_json(scores));
-  result.parameter("tile_m", static_cast<std::int64_t>(settings.tile_m));
-  result.parameter("density", settings.density);
+  std::string extents;
+  for (const std::string& scene : settings.scenes) {
+    const Extent extent = extent_of(scene, settings, options.quick);
+    extents += (extents.empty() ? "" : ", ") + scene + " " + std::to_string(extent.tile_m) + " m " +
+               std::to_string(std::lround(extent.density)) + " points/m²";
+  }
+  result.parameter("scenes", extents);
   result.parameter("noise_m", 0.03);
   result.parameter("lines", std::string(settings.true_lines ? "true" : "estimated"));
   add_figures(scores, result);
@@ -280,8 +328,10 @@ int main(int argc, char** argv) {
                        "of samples/scenes and bench/orientation/scenes")
             ->delimiter(',');
         app.add_option("--scanners", settings.scanners)->delimiter(',');
-        app.add_option("--tile-m", settings.tile_m, "side of the simulated tile");
-        app.add_option("--density", settings.density, "points per square metre");
+        app.add_option("--tile-m", settings.tile_m,
+                       "side of the simulated tile; 0: 200, of ledges 160");
+        app.add_option("--density", settings.density,
+                       "points per square metre; 0: 20, on ledges 5");
         app.add_flag("--true-lines", settings.true_lines, "true instead of estimated trajectories");
         app.add_flag("--ours-only", settings.ours_only, "without the other methods");
         app.add_option("--table", settings.table, "JSON file for the whole table");

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
+#include "stages/normals/faces.h"
 #include "stages/normals/plane_fit.h"
 #include "stages/normals/propagate.h"
 
@@ -37,7 +38,7 @@ class Estimator {
   void add_leaf(std::uint32_t leaf, const Take& take) {
     search_.open(leaf);
     for (std::uint32_t i = tree_.nodes()[leaf].begin; i < tree_.nodes()[leaf].end; ++i) {
-      add(i, leaf, take);
+      add(i, leaf, take, true);
     }
   }
   /// Points of one leaf must follow each other.
@@ -45,33 +46,51 @@ class Estimator {
   void add_again(const Estimate& before, std::uint32_t factor, const Take& take) {
     if (leaf_ != before.leaf || factor_ != factor) search_.open(before.leaf, factor);
     factor_ = factor;
-    add(before.point, before.leaf, take);
+    add(before.point, before.leaf, take, false);
   }
   template <class Take>
-  void flush(const Take& take) {
-    block_.finish();
-    PlaneBlock planes;
-    fit_planes(block_, planes);
-    const std::array<float, kLanes> cosines = mean_cosines(block_, planes, beams_);
-    for (std::size_t l = 0; l < block_.lanes(); ++l) {
-      take(Estimate{block_.point(l), leaves_[l], planes.plane(l), cosines[l]});
-    }
+  void flush(const Take& take, bool faces = false) {
+    estimate(block_, leaves_, take, faces);
     block_.clear();
+  }
+  template <class Take>
+  void flush_faces(const Take& take) {
+    estimate(faces_, face_leaves_, take, false);
+    faces_.clear();
   }
 
  private:
   template <class Take>
-  void add(std::uint32_t i, std::uint32_t leaf, const Take& take) {
+  void estimate(NeighbourBlock& block, const std::array<std::uint32_t, kLanes>& leaves,
+                const Take& take, bool faces) {
+    block.finish();
+    PlaneBlock planes;
+    fit_planes(block, planes);
+    const std::array<float, kLanes> cosines = mean_cosines(block, planes, beams_);
+    for (std::size_t l = 0; l < block.lanes(); ++l) {
+      if (faces && may_mix_faces(planes.plane(l))) {
+        face_leaves_[faces_.lanes()] = leaves[l];
+        finder_.add_face(block, l, beams_, faces_);
+        if (faces_.is_full()) flush_faces(take);
+      } else {
+        take(Estimate{block.point(l), leaves[l], planes.plane(l), cosines[l]});
+      }
+    }
+  }
+  template <class Take>
+  void add(std::uint32_t i, std::uint32_t leaf, const Take& take, bool faces) {
     leaf_ = leaves_[block_.lanes()] = leaf;
     search_.find(i, block_);
-    if (block_.is_full()) flush(take);
+    if (block_.is_full()) flush(take, faces);
   }
 
   const PointTree& tree_;
   const Beams& beams_;
   LeafSearch search_;
   NeighbourBlock block_;
-  std::array<std::uint32_t, kLanes> leaves_{};
+  NeighbourBlock faces_;
+  FaceFinder finder_;
+  std::array<std::uint32_t, kLanes> leaves_{}, face_leaves_{};
   std::uint32_t leaf_ = 0, factor_ = 1;
 };
 
@@ -141,7 +160,8 @@ OrientedNormals orient_normals(const PointTree& tree, const Beams& beams,
                    }
                  };
                  for (std::size_t l = begin; l < end; ++l) estimator.add_leaf(leaves[l], take);
-                 estimator.flush(take);
+                 estimator.flush(take, true);
+                 estimator.flush_faces(take);
                  widen(estimator, narrow, options.least_breadth_m, settle);
                });
   check_cancelled(progress);

@@ -12,6 +12,7 @@
 namespace cornice::normals {
 namespace {
 
+using test::add_blade;
 using test::add_patch;
 using test::Indexed;
 using test::Shape;
@@ -56,6 +57,21 @@ TEST(OrientNormals, SettlesAWallThatOneLineGrazesByTheBeamsOfAnother) {
   Shape grazed;
   add_patch(grazed, {0, 0, 0}, {0, 20, 0}, {0, 0, 20}, {1, 0, 0}, 20, 0.03, {2, 10, 1500}, 1);
   EXPECT_LT(count(orient(Indexed(grazed)), SettledBy::kBeams), shape.positions.size() / 10);
+}
+
+TEST(OrientNormals, TellsTheFacesOfABladeThinnerThanANeighbourhoodApart) {
+  for (const double thickness_m : {1.2, 1.6}) {
+    Shape shape;
+    add_blade(shape, thickness_m, 5.0);
+    const Indexed data(shape);
+    const OrientedNormals oriented = orient(data);
+    EXPECT_LT(wrong_share(data.shape, oriented), 0.005) << thickness_m;
+    std::size_t off = 0;
+    for (std::size_t i = 0; i < oriented.normals.size(); ++i) {
+      off += dot(oriented.normals[i], data.shape.normals[i]) < std::cos(0.35f) ? 1 : 0;
+    }
+    EXPECT_LT(off, oriented.normals.size() / 50) << thickness_m;
+  }
 }
 
 TEST(OrientNormals, CarriesTheSideFromAPlateauOverTheEdgeDownAGrazedWall) {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "stages/normals/leaf_search.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,6 +7,7 @@
 #include <mutex>
 #include <numeric>
 
+#include "stages/normals/leaf_search.h"
 #include "tests/unit/normals/shapes.h"
 
 namespace cornice::normals {

@@ -63,6 +63,17 @@ inline void add_patch(Shape& shape, Vec3d corner, Vec3d u, Vec3d v, Vec3d outwar
   }
 }
 
+/// A blade of rock 20 m long and 12 m high on z = 20, `thickness_m` thick at its foot and half that
+/// at its top, each face seen by a sensor on its own side; 3 cm noise.
+inline void add_blade(Shape& shape, double thickness_m, double density) {
+  const double half = 0.5 * thickness_m;
+  for (const double side : {-1.0, 1.0}) {
+    add_patch(shape, {10, 20 + side * half, 20}, {20, 0, 0}, {0, -0.5 * side * half, 12},
+              {0, side, 0.5 * half / 12}, density, 0.03, {20, 20 + side * 900, 1500},
+              side < 0.0 ? 7 : 8);
+  }
+}
+
 /// Rolling ground of side `side_m` with 3 cm noise, seen from far above.
 inline Shape rolling_ground(std::size_t count, double side_m, std::uint64_t seed = 1) {
   Shape shape;
