@@ -68,7 +68,8 @@ class Pipeline(unittest.TestCase):
         self.output = os.path.join(self.folder, "out")
         self.config = os.path.join(self.folder, "survey.yaml")
         with open(self.config, "w", encoding="utf-8") as file:
-            file.write("tiles: [tiles]\noutput: out\nproduct: lidarhd\nhalo-m: 15\n")
+            file.write("tiles: [tiles]\noutput: out\nproduct: lidarhd\nhalo-m: 15\n"
+                       "step-m: 1\n")
 
     def tile(self, number):
         return os.path.join(self.tiles, self.names[number])
