@@ -151,6 +151,115 @@ std::vector<Insertion> insert_vertices(const LooseBorders& loose, const Classes&
   return inserted;
 }
 
+/// Puts between two classes what another tile has between them and an edge has not: vertices of
+/// which no place of the edge is the nearest, where borders bend.
+///
+///   tile A   x────v────y        x, y are one with p, q of tile B, v with nothing:
+///   tile B   p─────────q        v goes into the edge from q to p, as all between x and y
+class Between {
+ public:
+  Between(const LooseBorders& loose, double tolerance_m, const Classes& classes, Joiner& joiner,
+          std::vector<Insertion>& inserted)
+      : loose_(loose), tolerance_m_(tolerance_m), classes_(classes), joiner_(joiner) {
+    for (const Insertion& i : inserted) on_edge_[i.edge].push_back(i);
+    for (const std::uint32_t v : loose.loose_vertices()) of_class_.emplace(classes.find(v), v);
+  }
+
+  std::vector<Insertion> complete() {
+    for (const std::uint32_t e : loose_.loose_edges()) complete_edge(e);
+    std::vector<Insertion> all;
+    for (const auto& [edge, list] : on_edge_) all.insert(all.end(), list.begin(), list.end());
+    return all;
+  }
+
+ private:
+  /// More vertices than this in one edge are no bend.
+  static constexpr std::size_t kMost = 64;
+
+  void complete_edge(std::uint32_t e) {
+    const BorderEdge& edge = loose_.edges()[e];
+    const std::uint32_t start = classes_.find(edge.to), stop = classes_.find(edge.from);
+    if (start == stop) return;
+    const auto [first, last] = of_class_.equal_range(start);
+    for (auto at = first; at != last; ++at) {
+      if (loose_.tile_of(at->second) == loose_.tile_of(edge.to)) continue;
+      const std::vector<std::uint32_t> path = path_between(at->second, stop);
+      if (!path.empty() && may_insert(e, path)) return insert(e, path);
+    }
+  }
+
+  /// Vertices after `v` along its border up to one of class `stop`; empty where that is not
+  /// reached.
+  std::vector<std::uint32_t> path_between(std::uint32_t v, std::uint32_t stop) const {
+    std::vector<std::uint32_t> path;
+    std::uint32_t last = classes_.find(v);
+    while (path.size() < kMost && loose_.out(v) != kNone) {
+      v = loose_.edges()[loose_.out(v)].to;
+      if (classes_.find(v) == stop) return path;
+      if (classes_.find(v) != last) path.push_back(v);
+      last = classes_.find(v);
+    }
+    return {};
+  }
+
+  double place_on(std::uint32_t e, std::uint32_t v) const {
+    const Vec3d along = loose_.along(e);
+    const Vec3d from = loose_.positions()[v] - loose_.positions()[loose_.edges()[e].from];
+    return std::clamp(dot(from, along) / std::max(dot(along, along), 1e-30), 0.0, 1.0);
+  }
+
+  /// All of the path is near the edge, and lies nowhere else on its tile's border; nothing but the
+  /// path is on the edge, and not all of it is there already.
+  bool may_insert(std::uint32_t e, const std::vector<std::uint32_t>& path) {
+    const BorderEdge& edge = loose_.edges()[e];
+    std::set<std::uint32_t> there;
+    const auto known = on_edge_.find(e);
+    if (known != on_edge_.end()) {
+      for (const Insertion& i : known->second) there.insert(classes_.find(i.vertex));
+    }
+    std::size_t met = 0;
+    for (const std::uint32_t v : path) {
+      const bool is_there = there.contains(classes_.find(v));
+      met += is_there;
+      if (!is_there && joiner_.has_tile(v, loose_.tile_of(edge.from))) return false;
+      const Vec3d on = loose_.positions()[edge.from] + loose_.along(e) * place_on(e, v);
+      if (norm(loose_.positions()[v] - on) > tolerance_m_) return false;
+    }
+    return met == there.size() && !(met == path.size() && is_in_order(e, path));
+  }
+
+  bool is_in_order(std::uint32_t e, const std::vector<std::uint32_t>& path) const {
+    const std::vector<Insertion>& list = on_edge_.at(e);
+    for (std::size_t i = 0; i < path.size(); ++i) {
+      if (classes_.find(list[list.size() - 1 - i].vertex) != classes_.find(path[i])) return false;
+    }
+    return true;
+  }
+
+  void insert(std::uint32_t e, const std::vector<std::uint32_t>& path) {
+    const std::uint32_t tile = loose_.tile_of(loose_.edges()[e].from);
+    std::vector<Insertion> list;
+    bool is_rising = true;
+    for (auto v = path.rbegin(); v != path.rend(); ++v) {
+      const double t = place_on(e, *v);
+      is_rising = is_rising && t > (list.empty() ? 0.0 : list.back().t) && t < 1.0;
+      list.push_back({e, t, *v});
+      if (!joiner_.has_tile(*v, tile)) joiner_.add_tile(*v, tile);
+    }
+    for (std::size_t i = 0; !is_rising && i < list.size(); ++i) {
+      list[i].t = static_cast<double>(i + 1) / static_cast<double>(list.size() + 1);
+    }
+    on_edge_[e] = std::move(list);
+  }
+
+  const LooseBorders& loose_;
+  const double tolerance_m_;
+  const Classes& classes_;
+  Joiner& joiner_;
+  std::map<std::uint32_t, std::vector<Insertion>> on_edge_;
+  std::multimap<std::uint32_t, std::uint32_t> of_class_;
+};
+
 }  // namespace
 
 std::vector<Insertion> join_loose_borders(const Borders& borders, const Matches& matches,
@@ -159,7 +268,8 @@ std::vector<Insertion> join_loose_borders(const Borders& borders, const Matches&
   Joiner joiner(borders, loose, classes);
   for (const Pair& pair : mutual_pairs(loose, options.tolerance_m)) joiner.join(pair.v, pair.w);
   collapse_short_edges(loose, options.tolerance_m, classes, joiner);
-  return insert_vertices(loose, classes, joiner);
+  std::vector<Insertion> inserted = insert_vertices(loose, classes, joiner);
+  return Between(loose, options.tolerance_m, classes, joiner, inserted).complete();
 }
 
 }  // namespace cornice::stitch
