@@ -191,6 +191,20 @@ TEST(Stitch, JoinsAnyMixtureOfShiftsAndResolutions) {
   }
 }
 
+TEST(Stitch, JoinsShiftedBordersThatBend) {
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    SCOPED_TRACE(seed);
+    CutPlan plan;
+    plan.seed = seed;
+    plan.surface = test::rough_hills;
+    plan.jitter_m = 0.05;
+    plan.cells = [](int, int) { return 20; };
+    const Outcome run = stitch_tiles(test::cut_tiles(plan));
+    expect_one_surface(run);
+    expect_little_changed(run, 0.25);
+  }
+}
+
 TEST(Stitch, AgreesOnCornersThatFourTilesPlaceDifferently) {
   CutPlan plan;
   plan.jitter_m = 0.05;

@@ -70,6 +70,10 @@ Vec3d hills(double u, double v) {
   return {u, v, 1.5 * std::sin(0.4 * u) * std::cos(0.3 * v) + 0.1 * u};
 }
 
+Vec3d rough_hills(double u, double v) {
+  return hills(u, v) + Vec3d{0.0, 0.0, 0.25 * std::sin(5.0 * u + v) * std::cos(6.0 * v - u)};
+}
+
 Vec3d leaning_wall(double u, double v) {
   // Between 5 and 11 the wall climbs 8 m and comes back 2 m over the ground below.
   const double s = std::clamp((u - 5.0) / 6.0, 0.0, 1.0);

@@ -17,6 +17,8 @@ namespace cornice::test {
 using Surface = std::function<Vec3d(double u, double v)>;
 
 Vec3d hills(double u, double v);
+/// Hills with bumps of half a metre: borders bend at every vertex.
+Vec3d rough_hills(double u, double v);
 /// A wall along v that leans over the ground below it: x turns back while u goes on.
 Vec3d leaning_wall(double u, double v);
 
