@@ -74,16 +74,6 @@ endif()
 cornice_find_library(CGAL::headers libcgal-dev CGAL/AABB_tree.h gmp mpfr)
 # Used as headers everywhere: Ubuntu 22.04 has a compiled library beside them, the others do not.
 cornice_find_library(tinygltf::headers libtinygltf-dev tiny_gltf.h)
-# Ubuntu 22.04 has no OpenMesh; tests and benchmarks compare with it where it is there.
-find_path(CORNICE_OPENMESH_INCLUDE OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh)
-find_library(CORNICE_OPENMESH_CORE OpenMeshCore)
-find_library(CORNICE_OPENMESH_TOOLS OpenMeshTools)
-if(CORNICE_OPENMESH_INCLUDE AND CORNICE_OPENMESH_CORE AND CORNICE_OPENMESH_TOOLS)
-  add_library(OpenMesh::OpenMesh INTERFACE IMPORTED GLOBAL)
-  target_include_directories(OpenMesh::OpenMesh SYSTEM INTERFACE "${CORNICE_OPENMESH_INCLUDE}")
-  target_link_libraries(OpenMesh::OpenMesh INTERFACE "${CORNICE_OPENMESH_CORE}"
-                                                     "${CORNICE_OPENMESH_TOOLS}")
-endif()
 foreach(version 4 3)
   if(NOT TARGET embree)
     find_package(embree ${version} QUIET)

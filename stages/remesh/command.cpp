@@ -41,8 +41,6 @@ std::vector<Option> describe(Command& c) {
           .unit("m"),
       Option("max-edge", o.max_edge_m, "longest edge to ask for").range(0.001, 10000).unit("m"),
       Option("grading", o.grading, "growth of edges per metre away from short ones").range(0.05, 2),
-      Option("keep-border", o.keep_border,
-             "open borders keep every vertex, so that neighbouring tiles still fit"),
       Option("passes", o.passes, "of splitting, collapsing, flipping and smoothing")
           .range(1, 50)
           .advanced(),

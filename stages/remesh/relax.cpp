@@ -21,6 +21,8 @@ constexpr float kLeastShape = 0.1f;
 /// Share of the error that one operation may use.
 constexpr float kErrorShare = 0.7f;
 constexpr int kSplitRounds = 4;
+/// Cosine between the normals of a vertex and of a triangle at it from which on it is not smoothed.
+constexpr float kSharp = 0.8f;
 /// Share of its edge by which a new vertex may move onto the input.
 constexpr float kSplitMove = 0.25f;
 /// Way towards the middle of the neighbours in one step.
@@ -221,6 +223,7 @@ class Relaxation {
     });
     if (!(weights > 0.0f)) return;
     normal = normalized(normal);
+    if (is_sharp(v, normal)) return;
     Vec3f step = sum / weights;
     step -= normal * dot(normal, step);
     Vec3f on;
@@ -229,6 +232,14 @@ class Relaxation {
     if (!move_keeps_surface(v, p, on)) return;
     mesh_.move(v, on);
     patch_.hint[v] = triangle;
+  }
+
+  /// On a crest or in a corner: once off it, a vertex would slide away freely, step by step.
+  bool is_sharp(std::uint32_t v, Vec3f normal) const {
+    return !mesh_.each_out(v, [&](std::uint32_t h) {
+      const Vec3f n = mesh_.normal2(v, mesh_.end(h), mesh_.opposite(h));
+      return dot(n, normal) >= kSharp * norm(n);
+    });
   }
 
   /// Whether the triangles round v stay upright and get no worse than they may be, and the place

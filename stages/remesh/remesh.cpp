@@ -18,9 +18,13 @@ namespace {
 /// Of the error bound: what decimation may use, as root mean square of plane distances.
 constexpr double kDecimationShare = 0.3;
 /// Errors below this share of the bound are not told apart.
-constexpr float kEnoughShare = 0.25f;
+constexpr float kEnoughShare = 0.5f;
+/// Sizes are learnt from every so manieth vertex of the input; the bound is checked at all.
+constexpr std::size_t kLearningStride = 6;
+/// Samples of the result lie so many spacings of the input apart.
+constexpr float kBackSpacing = 1.0f;
 /// Errors above this share are repaired, so that samples between ours stay within the bound, too.
-constexpr float kRepairShare = 0.95f;
+constexpr float kRepairShare = 0.88f;
 constexpr int kMostRepairs = 12;
 /// Largest number of triangles of a patch to aim at: half-edges and boxes stay in the second-level
 /// cache.
@@ -104,7 +108,7 @@ class Remeshing {
           input_.positions, input_.triangles, std::numeric_limits<float>::infinity(), tree.order());
       relax_all(tree, samples);
       repair(tree, samples);
-      finish(tree, samples, result);
+      finish(tree, result);
     }
     result.mesh.origin = input_.origin;
     result.mesh.crs_text = input_.crs_text;
@@ -169,11 +173,13 @@ class Remeshing {
   }
 
   void relax_all(const TriangleTree& tree, const std::vector<Vec3f>& samples) {
+    std::vector<Vec3f> some;
+    for (std::size_t i = 0; i < samples.size(); i += kLearningStride) some.push_back(samples[i]);
     progress_.begin("remesh", static_cast<std::uint64_t>(options_.passes));
     for (int pass = 0; pass < options_.passes; ++pass) {
       const TriangleTree surface(work_.positions, work_.triangles, options_.threads);
       const std::vector<float> errors =
-          triangle_errors(samples, surface, kEnoughShare * sizes_.error_m, options_.threads);
+          triangle_errors(some, surface, kEnoughShare * sizes_.error_m, options_.threads);
       adapt_sizes(work_, errors, sizes_, 0.6f, pass + 1 < options_.passes ? 1.3f : 1.0f);
       grade_sizes(work_, sizes_);
       relax_pass(work_, tree, grid(pass, 0.4 * mean_area()), relax_, {}, options_.threads,
@@ -187,8 +193,10 @@ class Remeshing {
   /// Errors of both directions, by triangle of the present surface.
   std::vector<float> two_sided_errors(const TriangleTree& tree, const std::vector<Vec3f>& samples) {
     const TriangleTree surface(work_.positions, work_.triangles, options_.threads);
-    const float enough = 0.9f * sizes_.error_m;
+    const float enough = kRepairShare * sizes_.error_m;
     std::vector<float> errors = triangle_errors(samples, surface, enough, options_.threads);
+    figures_.input_to_result_m = largest(errors);
+    std::vector<float> back(errors.size(), 0.0f);
     // Back: the samples of one triangle are its own.
     parallel_for(surface.order().size(), 2048, options_.threads,
                  [&](std::size_t begin, std::size_t end) {
@@ -200,19 +208,26 @@ class Remeshing {
                      const Triangle& c = work_.triangles[t];
                      own.assign(1, work_.positions[c[0]]);
                      sample_triangle(work_.positions[c[0]], work_.positions[c[1]],
-                                     work_.positions[c[2]], spacing_, own);
+                                     work_.positions[c[2]], kBackSpacing * spacing_, own);
                      for (const Vec3f p : own) {
                        const NearestPoint found = tree.nearest(p, query);
                        query.guess = found.triangle;
-                       errors[t] = std::max(errors[t], std::sqrt(found.distance_sq));
+                       back[t] = std::max(back[t], std::sqrt(found.distance_sq));
                      }
                    }
                  });
+    figures_.result_to_input_m = largest(back);
+    for (std::size_t t = 0; t < back.size(); ++t) errors[t] = std::max(errors[t], back[t]);
     return errors;
   }
 
+  static double largest(const std::vector<float>& values) {
+    return values.empty() ? 0.0
+                          : static_cast<double>(*std::max_element(values.begin(), values.end()));
+  }
+
   void repair(const TriangleTree& tree, const std::vector<Vec3f>& samples) {
-    for (int round = 0; round < kMostRepairs; ++round) {
+    for (int round = 0; round <= kMostRepairs; ++round) {
       const std::vector<float> errors = two_sided_errors(tree, samples);
       std::vector<std::uint8_t> chosen(work_.positions.size(), 0);
       std::size_t bad = 0;
@@ -221,7 +236,7 @@ class Remeshing {
         ++bad;
         for (const std::uint32_t v : work_.triangles[t]) chosen[v] = 1;
       }
-      if (bad == 0) return;
+      if (bad == 0 || round == kMostRepairs) return;
       ++figures_.repair_rounds;
       for (std::size_t v = 0; v < chosen.size(); ++v) {
         if (chosen[v] != 0 && work_.fixed[v] == 0) work_.size[v] *= 0.65f;
@@ -237,14 +252,8 @@ class Remeshing {
     }
   }
 
-  void finish(const TriangleTree& tree, const std::vector<Vec3f>& samples, Result& result) {
-    const TriangleTree surface(work_.positions, work_.triangles, options_.threads);
-    figures_.sample_spacing_m = static_cast<double>(spacing_);
-    figures_.input_to_result_m =
-        static_cast<double>(largest_distance(samples, surface, options_.threads));
-    figures_.result_to_input_m = static_cast<double>(largest_distance(
-        sample_surface(work_.positions, work_.triangles, spacing_, surface.order()), tree,
-        options_.threads));
+  void finish(const TriangleTree& tree, Result& result) {
+    figures_.sample_spacing_m = static_cast<double>(kBackSpacing * spacing_);
     result.mesh.positions = work_.positions;
     result.mesh.triangles = work_.triangles;
     transfer_attributes(input_, tree, work_, result.mesh, options_.threads);

@@ -15,9 +15,8 @@ struct Options {
   double max_error_m = 0.05;  ///< two-sided distance between input and result
   double min_edge_m = 0.1;    ///< asked of edges; shorter ones stay where the error needs them
   double max_edge_m = 20.0;
-  double grading = 0.35;    ///< growth of edge length per metre away from short edges
-  bool keep_border = true;  ///< open borders keep every vertex and edge
-  int passes = 5;           ///< of splitting, collapsing, flipping and smoothing
+  double grading = 0.35;  ///< growth of edge length per metre away from short edges
+  int passes = 4;         ///< of splitting, collapsing, flipping and smoothing
   int threads = 0;
 };
 
