@@ -15,7 +15,7 @@ namespace cornice::poisson {
 namespace {
 
 /// What the steps need at their peak; measured.
-constexpr std::uint64_t kBytesPerPointSolved = 300;
+constexpr std::uint64_t kBytesPerPointSolved = 430;
 constexpr std::uint64_t kBytesPerPointSupport = 60;
 /// Room above the highest and below the lowest point for what the surface does between them.
 constexpr double kHeightMarginM = 16.0;
