@@ -28,7 +28,7 @@ struct StageLine {
 };
 
 // In the order in which data passes through them.
-constexpr std::array<StageLine, 8> kStages{{
+constexpr std::array<StageLine, 10> kStages{{
     {"run", "takes a survey through every stage, by a configuration"},
     {"simulate", "flies a scanner over an analytic scene: LAZ tiles and their truth"},
     {"info", "says what is in a LAS, LAZ, COPC, PLY or GeoTIFF file"},
@@ -36,6 +36,8 @@ constexpr std::array<StageLine, 8> kStages{{
     {"flightlines", "splits tiles into flight lines and finds the sensor's path"},
     {"normals", "estimates normals that point out of the ground"},
     {"poisson", "reconstructs the surface of a tile, to meet its neighbours'"},
+    {"trim", "takes surface without measurements off a mesh"},
+    {"remesh", "makes few, well-shaped triangles that stay close to a mesh"},
     {"stitch", "makes the mesh tiles of a survey share their border vertices"},
 }};
 
