@@ -44,7 +44,7 @@ struct SolveReport {
   std::uint64_t not_finite = 0;      ///< left out: a position, normal or quality that is no number
   std::uint64_t without_normal = 0;  ///< left out: normal or quality is 0
   std::uint64_t outside = 0;         ///< left out: not in the domain
-  double field_at_points = 0.0;      ///< mean field at the points, before it was subtracted
+  double field_at_points = 0.0;      ///< mean; how far from 0 screening leaves it
   std::vector<LevelReport> levels;   ///< finest first
   std::vector<StepSeconds> seconds;  ///< by step, in order
 };
