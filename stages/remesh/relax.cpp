@@ -25,6 +25,9 @@ constexpr int kSplitRounds = 4;
 constexpr float kSharp = 0.8f;
 /// Share of its edge by which a new vertex may move onto the input.
 constexpr float kSplitMove = 0.25f;
+/// Least distance of a new vertex from the opposite corners, over the length of the edge that is
+/// cut.
+constexpr float kLeastCut = 0.02f;
 /// Way towards the middle of the neighbours in one step.
 constexpr float kStep = 0.7f;
 
@@ -126,6 +129,9 @@ class Relaxation {
       }
       if (good) at = on;
     }
+    // Over a cap, whose third corner lies on the edge already, a cut would only double that corner.
+    const float nearest = std::min(norm(mesh_.position(c) - at), norm(mesh_.position(d) - at));
+    if (nearest < kLeastCut * length(h)) return;
     mesh_.split(h, at);
     patch_.size.push_back(0.5f * (patch_.size[a] + patch_.size[b]));
     patch_.hint.push_back(triangle);
