@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -26,6 +27,9 @@ struct PlyInfo {
   Vec3d origin;          ///< from "comment cornice origin E N H"; 0 where absent
   std::string crs_text;  ///< from "comment cornice crs ..."
   std::uint64_t header_bytes = 0;
+
+  /// How many the header promises of an element ("vertex", "face"); 0 where it names none.
+  std::uint64_t count(std::string_view element) const;
 };
 
 /// Throws InputError for what is no PLY, is truncated in the header or shorter than it promises.

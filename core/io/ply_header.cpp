@@ -273,6 +273,13 @@ PlyHeader read_ply_header(const fs::path& path) {
   return header;
 }
 
+std::uint64_t PlyInfo::count(std::string_view element) const {
+  for (const Element& one : elements) {
+    if (one.name == element) return one.count;
+  }
+  return 0;
+}
+
 PlyInfo read_ply_info(const fs::path& path) {
   PlyHeader header = read_ply_header(path);
   PlyInfo info;

@@ -108,11 +108,7 @@ Picture picture_of_raster(const Arguments& arguments, const FlightLines& lines) 
 /// The picture of meshes; nothing where the files are points.
 std::optional<Picture> picture_of_meshes(const Arguments& arguments) {
   if (!ends_with(arguments.files.front(), {".ply"})) return std::nullopt;
-  const PlyInfo info = read_ply_info(arguments.files.front());
-  const bool has_faces = std::any_of(
-      info.elements.begin(), info.elements.end(),
-      [](const PlyInfo::Element& element) { return element.name == "face" && element.count > 0; });
-  if (!has_faces) return std::nullopt;
+  if (read_ply_info(arguments.files.front()).count("face") == 0) return std::nullopt;
   std::vector<Mesh> meshes;
   for (const std::filesystem::path& file : arguments.files) meshes.push_back(read_ply_mesh(file));
   const auto colour = arguments.colour == "support" ? pictures::MeshColour::kSupport

@@ -23,13 +23,6 @@ constexpr double kHeightMarginSteps = 16.0;
 /// Vertices nearer to a point than this count as measured in the report.
 constexpr float kMeasuredM = 1.0f;
 
-std::uint64_t promised_points(const std::filesystem::path& path) {
-  for (const PlyInfo::Element& element : read_ply_info(path).elements) {
-    if (element.name == "vertex") return element.count;
-  }
-  return 0;
-}
-
 OrientedPoints read_points(const std::filesystem::path& path, StageContext& context) {
   OrientedPoints points;
   context.report.add_input(path);
@@ -225,7 +218,7 @@ void run_solve(Command& command, StageContext& context) {
         "a border with it");
   }
   context.memory.charge("points and their field",
-                        promised_points(command.points) * kBytesPerPointSolved);
+                        read_ply_info(command.points).count("vertex") * kBytesPerPointSolved);
   const OrientedPoints points = read_points(command.points, context);
   const TileField tile = solve_tile(command, points, context);
   TileField band;
@@ -269,7 +262,8 @@ void run_extract(Command& command, StageContext& context) {
   if (command.points.empty()) {
     report.warn("without --points the mesh has no support; trimming needs it");
   } else {
-    context.memory.charge("points", promised_points(command.points) * kBytesPerPointSupport);
+    context.memory.charge("points",
+                          read_ply_info(command.points).count("vertex") * kBytesPerPointSupport);
     const OrientedPoints points = read_points(command.points, context);
     if (points.crs_text != own.crs_text) {
       throw InputError(command.points.string(),
@@ -282,7 +276,7 @@ void run_extract(Command& command, StageContext& context) {
 
 void run_mesh(Command& command, StageContext& context) {
   context.memory.charge("points and their field",
-                        promised_points(command.points) * kBytesPerPointSolved);
+                        read_ply_info(command.points).count("vertex") * kBytesPerPointSolved);
   const OrientedPoints points = read_points(command.points, context);
   TileField tile = solve_tile(command, points, context);
   command.extract.window = window_of(command, tile);

@@ -12,13 +12,6 @@ using namespace cornice;
 /// What the stage needs at its peak, per triangle of the input.
 constexpr std::uint64_t kBytesPerTriangle = 150;
 
-std::uint64_t triangle_count(const PlyInfo& info) {
-  for (const PlyInfo::Element& element : info.elements) {
-    if (element.name == "face") return element.count;
-  }
-  return 0;
-}
-
 void run(remesh::Command& command, StageContext& context) {
   Report& report = context.report;
   command.options.threads = context.options.threads;
@@ -26,8 +19,7 @@ void run(remesh::Command& command, StageContext& context) {
     throw UsageError("--min-edge", "must not exceed --max-edge");
   }
   report.add_input(command.mesh);
-  context.memory.charge("the mesh",
-                        triangle_count(read_ply_info(command.mesh)) * kBytesPerTriangle);
+  context.memory.charge("the mesh", read_ply_info(command.mesh).count("face") * kBytesPerTriangle);
   Mesh mesh;
   report.step("read", [&] { mesh = read_ply_mesh(command.mesh); });
   remesh::Result result;

@@ -189,9 +189,7 @@ std::uint64_t bytes_of_largest(const std::vector<fs::path>& tiles) {
   constexpr std::uint64_t kBytesPerTriangle = 80;
   std::uint64_t most = 0;
   for (const fs::path& tile : tiles) {
-    for (const PlyInfo::Element& element : read_ply_info(tile).elements) {
-      if (element.name == "face") most = std::max(most, element.count * kBytesPerTriangle);
-    }
+    most = std::max(most, read_ply_info(tile).count("face") * kBytesPerTriangle);
   }
   return most;
 }

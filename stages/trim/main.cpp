@@ -13,13 +13,6 @@ using namespace cornice;
 /// What the stage needs at its peak: the mesh twice, its edges, the fates of its vertices.
 constexpr std::uint64_t kBytesPerTriangle = 120;
 
-std::uint64_t triangle_count(const PlyInfo& info) {
-  for (const PlyInfo::Element& element : info.elements) {
-    if (element.name == "face") return element.count;
-  }
-  return 0;
-}
-
 void run(trim::Command& command, StageContext& context) {
   Report& report = context.report;
   command.options.threads = context.options.threads;
@@ -28,8 +21,7 @@ void run(trim::Command& command, StageContext& context) {
   }
   report.add_input(command.mesh);
   if (!command.points.empty()) report.add_input(command.points);
-  context.memory.charge("the mesh",
-                        triangle_count(read_ply_info(command.mesh)) * kBytesPerTriangle);
+  context.memory.charge("the mesh", read_ply_info(command.mesh).count("face") * kBytesPerTriangle);
   Mesh mesh;
   report.step("read", [&] { mesh = read_ply_mesh(command.mesh); });
   trim::Result result;

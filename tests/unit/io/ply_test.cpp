@@ -153,6 +153,16 @@ TEST_F(PlyReading, ReadsOriginAndCrsFromComments) {
   EXPECT_EQ(info.elements[0].properties[0].second, "list uchar int");
 }
 
+TEST_F(PlyReading, TellsHowManyOfAnElementTheHeaderPromises) {
+  const PlyInfo info =
+      read_ply_info(file("ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\n"
+                         "element face 0\nproperty list uchar int vertex_indices\nend_header\n"
+                         "1\n2\n"));
+  EXPECT_EQ(info.count("vertex"), 2u);
+  EXPECT_EQ(info.count("face"), 0u);
+  EXPECT_EQ(info.count("edge"), 0u);
+}
+
 TEST_F(PlyReading, TakesForeignPointsWithNormalsOfEitherName) {
   const OrientedPoints points = read_ply_points(
       file("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
