@@ -6,13 +6,13 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
+#include "core/base/radix_sort.h"
 
 namespace cornice {
 namespace {
 
 constexpr std::size_t kGrain = std::size_t{1} << 16;
-constexpr int kKeyBits = 16;    // per axis
-constexpr int kDigitBits = 12;  // of the radix sort: its table stays in the first-level cache
+constexpr int kKeyBits = 16;  // per axis
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 struct KeyedTriangle {
@@ -26,20 +26,6 @@ std::uint64_t spread(std::uint64_t x) {
   x = (x | (x << 8)) & 0x00f00f00f00fULL;
   x = (x | (x << 4)) & 0x0c30c30c30c3ULL;
   return (x | (x << 2)) & 0x249249249249ULL;
-}
-
-/// Stable sort by key, least significant digit first.
-void radix_sort(std::vector<KeyedTriangle>& items) {
-  std::vector<KeyedTriangle> other(items.size());
-  constexpr std::size_t kDigits = std::size_t{1} << kDigitBits;
-  for (int shift = 0; shift < 3 * kKeyBits; shift += kDigitBits) {
-    std::vector<std::size_t> at(kDigits + 1, 0);
-    for (const KeyedTriangle& item : items) ++at[((item.key >> shift) & (kDigits - 1)) + 1];
-    if (std::find(at.begin(), at.end(), items.size()) != at.end()) continue;  // one digit for all
-    for (std::size_t d = 0; d < kDigits; ++d) at[d + 1] += at[d];
-    for (const KeyedTriangle& item : items) other[at[(item.key >> shift) & (kDigits - 1)]++] = item;
-    items.swap(other);
-  }
 }
 
 float clamp_unit(float x) { return std::min(std::max(x, 0.0f), 1.0f); }
@@ -122,7 +108,7 @@ void TriangleTree::sort_triangles(int threads) {
                   static_cast<std::uint32_t>(t)};
     }
   });
-  radix_sort(items);
+  radix_sort(items, 0, 3 * kKeyBits, threads, [](const KeyedTriangle& item) { return item.key; });
   order_.resize(items.size());
   for (std::size_t i = 0; i < items.size(); ++i) order_[i] = items[i].triangle;
 }

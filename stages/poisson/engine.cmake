@@ -8,7 +8,6 @@ cornice_library(
   field.cpp
   grid.cpp
   near.cpp
-  radix_sort.cpp
   relax.cpp
   samples.cpp
   screening.cpp

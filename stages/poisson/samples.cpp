@@ -11,7 +11,7 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "stages/poisson/radix_sort.h"
+#include "core/base/radix_sort.h"
 
 namespace cornice::poisson {
 namespace {
@@ -215,7 +215,8 @@ std::vector<std::uint64_t> sorted_points(const OrientedPoints& points, const Box
                         });
   left_out = all.left_out;
   std::vector<std::uint64_t> words = std::move(all.words);
-  radix_sort(words, codes.index_bits(), codes.index_bits() + codes.code_bits(), threads);
+  radix_sort(words, codes.index_bits(), codes.index_bits() + codes.code_bits(), threads,
+             [](std::uint64_t word) { return word; });
   return words;
 }
 
