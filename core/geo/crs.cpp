@@ -2,10 +2,8 @@
 #include "core/geo/crs.h"
 
 #include <cpl_conv.h>
-#include <cpl_error.h>
 #include <cpl_string.h>
 #include <cpl_vsi.h>
-#include <gdal.h>
 #include <gdal_frmts.h>
 #include <ogr_spatialref.h>
 
@@ -22,6 +20,7 @@
 #include <mutex>
 
 #include "core/base/error.h"
+#include "core/geo/gdal_handles.h"
 
 namespace cornice {
 namespace {
@@ -36,20 +35,6 @@ constexpr std::uint16_t kVerticalUnitsKey = 4099;
 constexpr int kKeysTag = 34735;
 constexpr int kDoublesTag = 34736;
 constexpr int kAsciiTag = 34737;
-
-/// Keeps GDAL's messages off stderr on this thread; a failure is told by the return value.
-class QuietErrors {
- public:
-  QuietErrors() { CPLPushErrorHandler(CPLQuietErrorHandler); }
-  ~QuietErrors() { CPLPopErrorHandler(); }
-  QuietErrors(const QuietErrors&) = delete;
-  QuietErrors& operator=(const QuietErrors&) = delete;
-};
-
-struct DatasetCloser {
-  void operator()(void* dataset) const { GDALClose(dataset); }
-};
-using DatasetPtr = std::unique_ptr<void, DatasetCloser>;
 
 /// A name under /vsimem that no other thread has, removed at the end.
 class MemoryFile {
@@ -367,7 +352,7 @@ std::string Crs::text() const {
 }
 
 Crs crs_from_text(const std::string& text) {
-  const QuietErrors quiet;
+  const QuietGdal quiet;
   const char* const accepted = "give EPSG:2056+5728, EPSG:2154, WKT or a PROJ string";
   const std::string trimmed = without_padding(text);
   OGRSpatialReference srs;
@@ -383,7 +368,7 @@ Crs crs_from_text(const std::string& text) {
 }
 
 std::optional<Crs> crs_from_wkt(const std::string& wkt) {
-  const QuietErrors quiet;
+  const QuietGdal quiet;
   const std::string trimmed = without_padding(wkt);
   OGRSpatialReference srs;
   if (trimmed.empty() || srs.importFromWkt(trimmed.c_str()) != OGRERR_NONE) return std::nullopt;
@@ -393,7 +378,7 @@ std::optional<Crs> crs_from_wkt(const std::string& wkt) {
 std::optional<Crs> crs_from_geotiff_keys(const std::vector<unsigned char>& keys,
                                          const std::vector<unsigned char>& doubles,
                                          const std::string& ascii) {
-  const QuietErrors quiet;
+  const QuietGdal quiet;
   register_geotiff_driver();
   const std::vector<unsigned char> repaired = repaired_keys(keys);
   if (repaired.empty()) return std::nullopt;
@@ -446,7 +431,7 @@ GeotiffRecords geotiff_records_from_crs(const Crs& crs) {
   if (crs.empty()) return records;
   records.keys = geotiff_keys_from_crs(crs);
   if (!records.keys.empty()) return records;
-  const QuietErrors quiet;
+  const QuietGdal quiet;
   register_geotiff_driver();
   const MemoryFile file;
   {
@@ -472,7 +457,7 @@ GeotiffRecords geotiff_records_from_crs(const Crs& crs) {
 bool same_crs(const Crs& a, const Crs& b) {
   if (a.empty() || b.empty()) return a.empty() && b.empty();
   if (a.wkt == b.wkt) return true;
-  const QuietErrors quiet;
+  const QuietGdal quiet;
   if (a.horizontal_epsg != 0 && b.horizontal_epsg != 0) {
     if (a.horizontal_epsg != b.horizontal_epsg) return false;
   } else if (!same_by_proj(horizontal_part(parsed(a.wkt)), horizontal_part(parsed(b.wkt)))) {

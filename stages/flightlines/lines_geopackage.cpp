@@ -1,110 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <cpl_conv.h>
-#include <cpl_error.h>
-#include <gdal.h>
-#include <ogr_api.h>
-#include <ogr_srs_api.h>
-
-#include <memory>
 #include <string>
-#include <variant>
 #include <vector>
 
-#include "core/base/atomic_file.h"
-#include "core/base/error.h"
+#include "core/io/geopackage.h"
 #include "stages/flightlines/lines_output.h"
 #include "stages/flightlines/true_north.h"
 
 namespace cornice::flightlines {
 namespace {
 
-using Value = std::variant<int, double, std::string>;
-struct Field {
-  const char* name;
-  Value value;
-};
-using Fields = std::vector<Field>;
-
-/// A GeoPackage in the making.
-class Package {
- public:
-  Package(const std::string& path, const Crs& crs) : path_(path) {
-    GDALAllRegister();
-    // A fixed date: the same survey gives the same bytes.
-    CPLSetThreadLocalConfigOption("OGR_CURRENT_DATE", "2000-01-01T00:00:00.000Z");
-    GDALDriverH driver = GDALGetDriverByName("GPKG");
-    if (driver == nullptr) throw RunError(path_, "this GDAL has no GeoPackage driver");
-    dataset_ = GDALCreate(driver, path_.c_str(), 0, 0, 0, GDT_Unknown, nullptr);
-    if (dataset_ == nullptr) fail("cannot be created");
-    if (!crs.empty()) {
-      reference_ = OSRNewSpatialReference(crs.wkt.c_str());
-      if (reference_ != nullptr) OSRSetAxisMappingStrategy(reference_, OAMS_TRADITIONAL_GIS_ORDER);
-    }
-    GDALSetMetadataItem(dataset_, "CORNICE_CRS", crs.text().c_str(), nullptr);
-  }
-  ~Package() {
-    if (dataset_ != nullptr) GDALClose(dataset_);
-    if (reference_ != nullptr) OSRRelease(reference_);
-    CPLSetThreadLocalConfigOption("OGR_CURRENT_DATE", nullptr);
-  }
-  Package(const Package&) = delete;
-  Package& operator=(const Package&) = delete;
-
-  /// Makes a layer with the fields of `sample`.
-  void begin_layer(const char* name, OGRwkbGeometryType type, const Fields& sample) {
-    layer_ = GDALDatasetCreateLayer(dataset_, name, type == wkbNone ? nullptr : reference_, type,
-                                    nullptr);
-    if (layer_ == nullptr) fail(std::string("layer ") + name + " cannot be made");
-    for (const Field& field : sample) {
-      const OGRFieldType kind = std::holds_alternative<int>(field.value)      ? OFTInteger
-                                : std::holds_alternative<double>(field.value) ? OFTReal
-                                                                              : OFTString;
-      OGRFieldDefnH definition = OGR_Fld_Create(field.name, kind);
-      if (OGR_L_CreateField(layer_, definition, FALSE) != OGRERR_NONE) fail("a field failed");
-      OGR_Fld_Destroy(definition);
-    }
-    // One transaction a layer: the default commits every feature to disk.
-    GDALDatasetStartTransaction(dataset_, FALSE);
-  }
-  /// Adds a feature; takes the geometry over (nullptr: none).
-  void add(const Fields& fields, OGRGeometryH geometry) {
-    OGRFeatureH feature = OGR_F_Create(OGR_L_GetLayerDefn(layer_));
-    for (int i = 0; i < static_cast<int>(fields.size()); ++i) {
-      const Value& value = fields[static_cast<std::size_t>(i)].value;
-      if (const int* number = std::get_if<int>(&value))
-        OGR_F_SetFieldInteger(feature, i, *number);
-      else if (const double* real = std::get_if<double>(&value))
-        OGR_F_SetFieldDouble(feature, i, *real);
-      else
-        OGR_F_SetFieldString(feature, i, std::get<std::string>(value).c_str());
-    }
-    if (geometry != nullptr) OGR_F_SetGeometryDirectly(feature, geometry);
-    const OGRErr error = OGR_L_CreateFeature(layer_, feature);
-    OGR_F_Destroy(feature);
-    if (error != OGRERR_NONE) fail("a feature could not be written (disk full?)");
-  }
-  void end_layer() {
-    if (GDALDatasetCommitTransaction(dataset_) != OGRERR_NONE) fail("could not be written");
-  }
-  void close() {
-    CPLErrorReset();
-    GDALClose(std::exchange(dataset_, nullptr));
-    if (CPLGetLastErrorType() >= CE_Failure) fail("could not be closed");
-  }
-
- private:
-  [[noreturn]] void fail(const std::string& what) const {
-    throw RunError(path_, what + ": " + CPLGetLastErrorMsg());
-  }
-  std::string path_;
-  GDALDatasetH dataset_ = nullptr;
-  OGRSpatialReferenceH reference_ = nullptr;
-  OGRLayerH layer_ = nullptr;
-};
-
-int whole(std::uint64_t value) {
-  return static_cast<int>(std::min<std::uint64_t>(value, 2147483647));
-}
+std::int64_t whole(std::uint64_t value) { return static_cast<std::int64_t>(value); }
 
 Fields line_fields(const LineEstimate& e, const TrueNorth& north) {
   const FlightLine& line = e.line;
@@ -115,11 +20,11 @@ Fields line_fields(const LineEstimate& e, const TrueNorth& north) {
     first = north.at(line.nodes.front().position).value_or(GlobePosition{});
     last = north.at(line.nodes.back().position).value_or(GlobePosition{});
   }
-  return {{"id", static_cast<int>(line.id)},
-          {"point_source_id", int{line.point_source_id}},
-          {"scanner_channel", int{line.scanner_channel}},
-          {"channel_in_user_data", line.channel_in_user_data ? 1 : 0},
-          {"has_time", line.has_time ? 1 : 0},
+  return {{"id", std::int64_t(line.id)},
+          {"point_source_id", std::int64_t{line.point_source_id}},
+          {"scanner_channel", std::int64_t{line.scanner_channel}},
+          {"channel_in_user_data", line.channel_in_user_data ? std::int64_t{1} : std::int64_t{0}},
+          {"has_time", line.has_time ? std::int64_t{1} : std::int64_t{0}},
           {"first_time_s", line.first_time_s},
           {"last_time_s", line.last_time_s},
           {"along_azimuth_deg", line.along_azimuth_deg},
@@ -132,7 +37,7 @@ Fields line_fields(const LineEstimate& e, const TrueNorth& north) {
           {"first_longitude_deg", first.longitude_deg},
           {"last_latitude_deg", last.latitude_deg},
           {"last_longitude_deg", last.longitude_deg},
-          {"scan_angle_sign", line.scan_angle_sign},
+          {"scan_angle_sign", std::int64_t{line.scan_angle_sign}},
           {"sign_from", e.sign_from},
           {"beam_source", std::string(beam_source_name(line.beam_source))},
           {"beam_reason", line.beam_reason},
@@ -147,7 +52,7 @@ Fields line_fields(const LineEstimate& e, const TrueNorth& north) {
           {"pulse_rate_hz", e.pulse_rate_hz},
           {"lean_deg", e.lean_deg},
           {"cone_deg", e.cone_deg},
-          {"looks", e.looks},
+          {"looks", std::int64_t{e.looks}},
           {"angle_offset_deg", e.angle_offset_deg},
           {"angle_residual_deg", e.angle_residual_deg},
           {"scan_residual_deg", e.scan_residual_deg},
@@ -158,68 +63,58 @@ Fields line_fields(const LineEstimate& e, const TrueNorth& north) {
           {"remarks", remarks}};
 }
 
-OGRGeometryH line_geometry(const FlightLine& line) {
-  if (line.nodes.empty()) return nullptr;
-  OGRGeometryH geometry = OGR_G_CreateGeometry(wkbLineStringZM);
-  for (const TrajectoryNode& node : line.nodes)
-    OGR_G_AddPointZM(geometry, node.position.x, node.position.y, node.position.z, node.gps_time_s);
-  return geometry;
+GeometryPoint point_of(const TrajectoryNode& node) { return {node.position, node.gps_time_s}; }
+
+std::vector<GeometryPoint> path_of(const FlightLine& line) {
+  std::vector<GeometryPoint> points;
+  for (const TrajectoryNode& node : line.nodes) points.push_back(point_of(node));
+  return points;
 }
 
 Fields node_fields(const FlightLine& line, const TrajectoryNode& node) {
-  return {{"line", static_cast<int>(line.id)},
+  return {{"line", std::int64_t(line.id)},
           {"gps_time_s", node.gps_time_s},
           {"error_x_m", static_cast<double>(node.standard_error_m.x)},
           {"error_y_m", static_cast<double>(node.standard_error_m.y)},
           {"error_z_m", static_cast<double>(node.standard_error_m.z)},
-          {"bridged", node.bridged ? 1 : 0}};
+          {"bridged", node.bridged ? std::int64_t{1} : std::int64_t{0}}};
 }
 
-void write_layers(Package& package, const SurveyLines& survey) {
+void write_layers(GeoPackage& package, const SurveyLines& survey) {
   const TrueNorth north(survey.crs);
-  package.begin_layer("lines", wkbLineStringZM, line_fields({}, north));
+  package.begin_layer("lines", GeometryKind::kLineStringZM, line_fields({}, north));
   for (const LineEstimate& estimate : survey.lines)
-    package.add(line_fields(estimate, north), line_geometry(estimate.line));
-  package.end_layer();
-  package.begin_layer("nodes", wkbPointZM, node_fields({}, {}));
+    package.add(line_fields(estimate, north), path_of(estimate.line));
+  package.begin_layer("nodes", GeometryKind::kPointZM, node_fields({}, {}));
   for (const LineEstimate& estimate : survey.lines)
-    for (const TrajectoryNode& node : estimate.line.nodes) {
-      OGRGeometryH point = OGR_G_CreateGeometry(wkbPointZM);
-      OGR_G_SetPointZM(point, 0, node.position.x, node.position.y, node.position.z,
-                       node.gps_time_s);
-      package.add(node_fields(estimate.line, node), point);
-    }
-  package.end_layer();
+    for (const TrajectoryNode& node : estimate.line.nodes)
+      package.add(node_fields(estimate.line, node), {point_of(node)});
   const auto overlap_fields = [](const OverlapPair& pair) {
-    return Fields{{"first_line", static_cast<int>(pair.first_line)},
-                  {"second_line", static_cast<int>(pair.second_line)},
+    return Fields{{"first_line", std::int64_t(pair.first_line)},
+                  {"second_line", std::int64_t(pair.second_line)},
                   {"median_dz_m", pair.median_dz_m},
                   {"spread_m", pair.spread_m},
                   {"cells", whole(pair.cells)}};
   };
-  package.begin_layer("overlaps", wkbNone, overlap_fields({}));
-  for (const OverlapPair& pair : survey.overlaps) package.add(overlap_fields(pair), nullptr);
-  package.end_layer();
-  package.begin_layer("invalid_pulses", wkbNone,
-                      {{"tile", std::string()}, {"reason", std::string()}, {"points", 0}});
+  package.begin_layer("overlaps", GeometryKind::kNone, overlap_fields({}));
+  for (const OverlapPair& pair : survey.overlaps) package.add(overlap_fields(pair));
+  package.begin_layer(
+      "invalid_pulses", GeometryKind::kNone,
+      {{"tile", std::string()}, {"reason", std::string()}, {"points", std::int64_t{0}}});
   for (const TileCounts& tile : survey.tiles)
     for (std::size_t i = 0; i < kInvalidKinds; ++i)
       if (tile.invalid[i] > 0)
         package.add({{"tile", tile.file.filename().string()},
                      {"reason", std::string(invalid_name(static_cast<Invalid>(i)))},
-                     {"points", whole(tile.invalid[i])}},
-                    nullptr);
-  package.end_layer();
+                     {"points", whole(tile.invalid[i])}});
 }
 
 }  // namespace
 
 void write_geopackage(const std::filesystem::path& path, const SurveyLines& survey) {
-  AtomicFile file(path);
-  Package package(file.path().string(), survey.crs);
+  GeoPackage package(path, survey.crs);
   write_layers(package, survey);
-  package.close();
-  file.commit();
+  package.finish();
 }
 
 }  // namespace cornice::flightlines

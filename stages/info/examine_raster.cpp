@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <cpl_conv.h>
-#include <cpl_error.h>
-#include <gdal.h>
 #include <ogr_srs_api.h>
 
 #include <algorithm>
@@ -10,25 +8,13 @@
 #include <mutex>
 
 #include "core/base/error.h"
+#include "core/geo/gdal_handles.h"
 #include "core/geo/product_name.h"
 #include "stages/info/examine.h"
 #include "stages/info/wording.h"
 
 namespace cornice::info {
 namespace {
-
-class QuietErrors {
- public:
-  QuietErrors() { CPLPushErrorHandler(CPLQuietErrorHandler); }
-  ~QuietErrors() { CPLPopErrorHandler(); }
-  QuietErrors(const QuietErrors&) = delete;
-  QuietErrors& operator=(const QuietErrors&) = delete;
-};
-
-struct DatasetCloser {
-  void operator()(void* dataset) const { GDALClose(dataset); }
-};
-using DatasetPtr = std::unique_ptr<void, DatasetCloser>;
 
 std::string metadata(GDALDatasetH dataset, const char* key) {
   const char* value = GDALGetMetadataItem(dataset, key, "IMAGE_STRUCTURE");
@@ -108,7 +94,7 @@ RasterFacts examine_raster(const std::filesystem::path& path, const ExamineOptio
                            Progress& progress) {
   static std::once_flag registered;
   std::call_once(registered, [] { GDALAllRegister(); });
-  const QuietErrors quiet;
+  const QuietGdal quiet;
   const std::string name = path.string();
   CPLErrorReset();
   const DatasetPtr dataset(

@@ -101,7 +101,7 @@ void write_survey_truth(const Survey& survey, const fs::path& folder, SurveyResu
                                                    setup.defects, survey.ground.mean_m);
   progress.begin("write truth", static_cast<std::uint64_t>(setup.grid.count()));
   write_lines_json(folder / "truth/lines.json", lines, header);
-  write_lines_geopackage(folder / "truth/lines.gpkg", lines, header, survey.options.year);
+  write_lines_geopackage(folder / "truth/lines.gpkg", lines, header);
   write_trajectory_csv(folder / "truth/trajectory.csv", survey.trajectory, setup.defects);
   for (const char* name : {"truth/lines.json", "truth/lines.gpkg", "truth/trajectory.csv"})
     result.files.emplace_back(name);

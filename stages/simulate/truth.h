@@ -56,7 +56,7 @@ struct LinesHeader {
 void write_lines_json(const std::filesystem::path& path, const std::vector<LineTruth>& lines,
                       const LinesHeader& header);
 void write_lines_geopackage(const std::filesystem::path& path, const std::vector<LineTruth>& lines,
-                            const LinesHeader& header, int year);
+                            const LinesHeader& header);
 
 /// Every pose of the flight, turns included. Atomic.
 void write_trajectory_csv(const std::filesystem::path& path, const Trajectory& trajectory,

@@ -1,24 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <cpl_conv.h>
-#include <gdal.h>
-#include <ogr_api.h>
-#include <ogr_srs_api.h>
-
 #include <cmath>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "core/base/error.h"
 #include "core/geo/crs.h"
+#include "core/io/geopackage.h"
 #include "stages/simulate/truth.h"
 
 namespace cornice::simulate {
 namespace {
 
 using nlohmann::ordered_json;
-using Dataset = std::unique_ptr<void, void (*)(GDALDatasetH)>;
-using Feature = std::unique_ptr<std::remove_pointer_t<OGRFeatureH>, void (*)(OGRFeatureH)>;
 
 double right_of(double heading_deg) { return std::fmod(heading_deg + 90.0, 360.0); }
 
@@ -59,87 +51,43 @@ ordered_json fields_of(const LineTruth& truth, const LinesHeader& header) {
           {"pulse_rate", header.pulse_rate}};
 }
 
-[[noreturn]] void cannot_write(const std::filesystem::path& path) {
-  throw RunError(path.string(), std::string("cannot be written as a GeoPackage: ") +
-                                    CPLGetLastErrorMsg() + "; is the disk full?");
-}
-
-/// Settings for this thread alone while one file is written.
-class ThreadOption {
- public:
-  ThreadOption(const char* name, const std::string& value) : name_(name) {
-    CPLSetThreadLocalConfigOption(name, value.c_str());
-  }
-  ~ThreadOption() { CPLSetThreadLocalConfigOption(name_, nullptr); }
-  ThreadOption(const ThreadOption&) = delete;
-  ThreadOption& operator=(const ThreadOption&) = delete;
-
- private:
-  const char* name_;
-};
-
-void create_fields(OGRLayerH layer, const ordered_json& fields) {
-  for (const auto& [name, value] : fields.items()) {
-    const OGRFieldType type = value.is_string()         ? OFTString
-                              : value.is_number_float() ? OFTReal
-                              : name == "points"        ? OFTInteger64
-                                                        : OFTInteger;
-    const std::unique_ptr<std::remove_pointer_t<OGRFieldDefnH>, void (*)(OGRFieldDefnH)> field(
-        OGR_Fld_Create(name.c_str(), type), OGR_Fld_Destroy);
-    OGR_L_CreateField(layer, field.get(), TRUE);
-  }
-}
-
-bool add_feature(OGRLayerH layer, const ordered_json& fields, OGRGeometryH geometry) {
-  const Feature feature(OGR_F_Create(OGR_L_GetLayerDefn(layer)), OGR_F_Destroy);
-  for (const auto& [name, value] : fields.items()) {
-    const int i = OGR_F_GetFieldIndex(feature.get(), name.c_str());
+Fields package_fields(const ordered_json& object) {
+  Fields fields;
+  for (const auto& [name, value] : object.items()) {
     if (value.is_string())
-      OGR_F_SetFieldString(feature.get(), i, value.get<std::string>().c_str());
+      fields.push_back({name, value.get<std::string>()});
     else if (value.is_number_float())
-      OGR_F_SetFieldDouble(feature.get(), i, value.get<double>());
+      fields.push_back({name, value.get<double>()});
     else if (value.is_boolean())
-      OGR_F_SetFieldInteger(feature.get(), i, value.get<bool>() ? 1 : 0);
+      fields.push_back({name, std::int64_t{value.get<bool>()}});
     else
-      OGR_F_SetFieldInteger64(feature.get(), i, value.get<std::int64_t>());
+      fields.push_back({name, value.get<std::int64_t>()});
   }
-  OGR_F_SetGeometryDirectly(feature.get(), geometry);
-  return OGR_L_CreateFeature(layer, feature.get()) == OGRERR_NONE;
+  return fields;
 }
 
-void add_lines(GDALDatasetH dataset, const std::vector<LineTruth>& lines, const LinesHeader& header,
-               OGRSpatialReferenceH reference, const std::filesystem::path& path) {
-  const OGRLayerH layer =
-      GDALDatasetCreateLayer(dataset, "lines", reference, wkbLineStringZM, nullptr);
-  if (layer == nullptr) cannot_write(path);
-  if (!lines.empty()) create_fields(layer, fields_of(lines.front(), header));
+GeometryPoint point_of(const LineTruth::Node& node) { return {node.position, node.time_s}; }
+
+void add_lines(GeoPackage& package, const std::vector<LineTruth>& lines,
+               const LinesHeader& header) {
+  const Fields sample = lines.empty() ? Fields{} : package_fields(fields_of(lines.front(), header));
+  package.begin_layer("lines", GeometryKind::kLineStringZM, sample);
   for (const LineTruth& line : lines) {
-    const OGRGeometryH curve = OGR_G_CreateGeometry(wkbLineStringZM);
-    OGR_G_SetPointCount(curve, static_cast<int>(line.nodes.size()));
-    for (std::size_t i = 0; i < line.nodes.size(); ++i) {
-      const Vec3d p = line.nodes[i].position;
-      OGR_G_SetPointZM(curve, static_cast<int>(i), p.x, p.y, p.z, line.nodes[i].time_s);
-    }
-    if (!add_feature(layer, fields_of(line, header), curve)) cannot_write(path);
+    std::vector<GeometryPoint> path;
+    for (const LineTruth::Node& node : line.nodes) path.push_back(point_of(node));
+    package.add(package_fields(fields_of(line, header)), path);
   }
 }
 
-void add_nodes(GDALDatasetH dataset, const std::vector<LineTruth>& lines,
-               OGRSpatialReferenceH reference, const std::filesystem::path& path) {
-  const OGRLayerH layer = GDALDatasetCreateLayer(dataset, "nodes", reference, wkbPoint25D, nullptr);
-  if (layer == nullptr) cannot_write(path);
+void add_nodes(GeoPackage& package, const std::vector<LineTruth>& lines) {
   const auto fields = [](int line, double time) {
-    return ordered_json{{"line", line},     {"gps_time_s", time}, {"error_x_m", 0.0},
-                        {"error_y_m", 0.0}, {"error_z_m", 0.0},   {"bridged", 0}};
+    return Fields{{"line", std::int64_t{line}}, {"gps_time_s", time}, {"error_x_m", 0.0},
+                  {"error_y_m", 0.0},           {"error_z_m", 0.0},   {"bridged", std::int64_t{0}}};
   };
-  create_fields(layer, fields(0, 0.0));
-  for (const LineTruth& line : lines) {
-    for (const LineTruth::Node& node : line.nodes) {
-      const OGRGeometryH point = OGR_G_CreateGeometry(wkbPoint25D);
-      OGR_G_SetPoint(point, 0, node.position.x, node.position.y, node.position.z);
-      if (!add_feature(layer, fields(line.line.id, node.time_s), point)) cannot_write(path);
-    }
-  }
+  package.begin_layer("nodes", GeometryKind::kPointZ, fields(0, 0.0));
+  for (const LineTruth& line : lines)
+    for (const LineTruth::Node& node : line.nodes)
+      package.add(fields(line.line.id, node.time_s), {point_of(node)});
 }
 
 }  // namespace
@@ -162,27 +110,11 @@ void write_lines_json(const std::filesystem::path& path, const std::vector<LineT
 }
 
 void write_lines_geopackage(const std::filesystem::path& path, const std::vector<LineTruth>& lines,
-                            const LinesHeader& header, int year) {
-  GDALAllRegister();
-  // GeoPackage holds the time of its last change: fixed, so that one seed gives the same bytes.
-  const ThreadOption date("OGR_CURRENT_DATE", std::to_string(year) + "-01-01T00:00:00.000Z");
-  AtomicFile file(path);
-  const Crs crs = crs_from_text(header.crs_text);
-  const std::unique_ptr<std::remove_pointer_t<OGRSpatialReferenceH>, void (*)(OGRSpatialReferenceH)>
-      reference(OSRNewSpatialReference(crs.wkt.c_str()), OSRDestroySpatialReference);
-  Dataset dataset(
-      GDALCreate(GDALGetDriverByName("GPKG"), file.path().c_str(), 0, 0, 0, GDT_Unknown, nullptr),
-      [](GDALDatasetH open) { GDALClose(open); });
-  if (!dataset) cannot_write(path);
-  GDALSetMetadataItem(dataset.get(), "CORNICE_CRS", header.crs_text.c_str(), nullptr);
-  if (GDALDatasetStartTransaction(dataset.get(), FALSE) != OGRERR_NONE) cannot_write(path);
-  add_lines(dataset.get(), lines, header, reference.get(), path);
-  add_nodes(dataset.get(), lines, reference.get(), path);
-  if (GDALDatasetCommitTransaction(dataset.get()) != OGRERR_NONE) cannot_write(path);
-  CPLErrorReset();
-  dataset.reset();
-  if (CPLGetLastErrorType() >= CE_Failure) cannot_write(path);
-  file.commit();
+                            const LinesHeader& header) {
+  GeoPackage package(path, crs_from_text(header.crs_text));
+  add_lines(package, lines, header);
+  add_nodes(package, lines);
+  package.finish();
 }
 
 }  // namespace cornice::simulate

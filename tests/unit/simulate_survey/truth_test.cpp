@@ -101,7 +101,7 @@ TEST_F(TruthLines, AreFlightLinesThatEveryStageCanRead) {
   const test::TemporaryFolder folder;
   const auto truths = line_truths(*trajectory_, lines_, tallies_, {}, 500.0);
   write_lines_json(folder / "lines.json", truths, header_);
-  write_lines_geopackage(folder / "lines.gpkg", truths, header_, 2021);
+  write_lines_geopackage(folder / "lines.gpkg", truths, header_);
   for (const char* name : {"lines.json", "lines.gpkg"}) {
     const FlightLines read = read_flight_lines(folder / name);
     EXPECT_EQ(read.crs_text, "EPSG:2056+5728") << name;
@@ -143,7 +143,7 @@ TEST_F(TruthLines, WrittenTwiceAreTheSameBytes) {
   const test::TemporaryFolder folder;
   const auto truths = line_truths(*trajectory_, lines_, tallies_, {}, 500.0);
   for (const char* name : {"a.gpkg", "b.gpkg"})
-    write_lines_geopackage(folder / name, truths, header_, 2021);
+    write_lines_geopackage(folder / name, truths, header_);
   for (const char* name : {"a.csv", "b.csv"}) write_trajectory_csv(folder / name, *trajectory_, {});
   EXPECT_EQ(test::read_text(folder / "a.gpkg"), test::read_text(folder / "b.gpkg"));
   EXPECT_EQ(test::read_text(folder / "a.csv"), test::read_text(folder / "b.csv"));
