@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "stages/hlod/command.h"
+
+#include "core/base/error.h"
+
+namespace cornice::hlod {
+
+std::vector<Action> actions() { return {}; }
+
+Option action_option(std::string& word, const std::string& name) {
+  return Option("ACTION", word, name).positional().required().words({name});
+}
+
+Stage choose_stage() {
+  Stage stage;
+  stage.name = "hlod";
+  stage.description =
+      "Hierarchies of levels of detail; the first argument says what to do (cornice-hlod ACTION "
+      "--help)";
+  stage.examples = {"cornice-hlod build tiles/*.ply -o survey.hlod",
+                    "cornice-hlod info survey.hlod"};
+  stage.run = [](StageContext&) {
+    throw UsageError("cornice-hlod", "which action: build, info, verify or extract?");
+  };
+  return stage;
+}
+
+}  // namespace cornice::hlod
