@@ -2,23 +2,23 @@
 #include <string>
 #include <vector>
 
+#include "core/geo/globe.h"
 #include "core/io/geopackage.h"
 #include "stages/flightlines/lines_output.h"
-#include "stages/flightlines/true_north.h"
 
 namespace cornice::flightlines {
 namespace {
 
 std::int64_t whole(std::uint64_t value) { return static_cast<std::int64_t>(value); }
 
-Fields line_fields(const LineEstimate& e, const TrueNorth& north) {
+Fields line_fields(const LineEstimate& e, const Globe& globe) {
   const FlightLine& line = e.line;
   std::string remarks;
   for (const std::string& remark : e.remarks) remarks += (remarks.empty() ? "" : "; ") + remark;
   GlobePosition first, last;
   if (!line.nodes.empty()) {
-    first = north.at(line.nodes.front().position).value_or(GlobePosition{});
-    last = north.at(line.nodes.back().position).value_or(GlobePosition{});
+    first = globe.at(line.nodes.front().position).value_or(GlobePosition{});
+    last = globe.at(line.nodes.back().position).value_or(GlobePosition{});
   }
   return {{"id", std::int64_t(line.id)},
           {"point_source_id", std::int64_t{line.point_source_id}},
@@ -81,10 +81,10 @@ Fields node_fields(const FlightLine& line, const TrajectoryNode& node) {
 }
 
 void write_layers(GeoPackage& package, const SurveyLines& survey) {
-  const TrueNorth north(survey.crs);
-  package.begin_layer("lines", GeometryKind::kLineStringZM, line_fields({}, north));
+  const Globe globe(survey.crs);
+  package.begin_layer("lines", GeometryKind::kLineStringZM, line_fields({}, globe));
   for (const LineEstimate& estimate : survey.lines)
-    package.add(line_fields(estimate, north), path_of(estimate.line));
+    package.add(line_fields(estimate, globe), path_of(estimate.line));
   package.begin_layer("nodes", GeometryKind::kPointZM, node_fields({}, {}));
   for (const LineEstimate& estimate : survey.lines)
     for (const TrajectoryNode& node : estimate.line.nodes)

@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/atomic_file.h"
+#include "core/geo/globe.h"
 #include "stages/flightlines/lines_output.h"
-#include "stages/flightlines/true_north.h"
 
 namespace cornice::flightlines {
 namespace {
@@ -25,11 +25,11 @@ json nodes_json(const FlightLine& line) {
   return nodes;
 }
 
-json ends_json(const FlightLine& line, const TrueNorth& north) {
+json ends_json(const FlightLine& line, const Globe& globe) {
   json ends = json::object();
   if (line.nodes.empty()) return ends;
-  const auto first = north.at(line.nodes.front().position);
-  const auto last = north.at(line.nodes.back().position);
+  const auto first = globe.at(line.nodes.front().position);
+  const auto last = globe.at(line.nodes.back().position);
   if (!first || !last) return ends;
   const double convergence = 0.5 * (first->convergence_deg + last->convergence_deg);
   const double azimuth = std::fmod(line.along_azimuth_deg + convergence + 360.0, 360.0);
@@ -53,7 +53,7 @@ json checks_json(const LineEstimate& estimate) {
   return checks;
 }
 
-json line_json(const LineEstimate& e, const TrueNorth& north) {
+json line_json(const LineEstimate& e, const Globe& globe) {
   const FlightLine& line = e.line;
   json object = {{"id", line.id},
                  {"point_source_id", line.point_source_id},
@@ -95,7 +95,7 @@ json line_json(const LineEstimate& e, const TrueNorth& north) {
                  {"accept_test", checks_json(e)},
                  {"remarks", e.remarks},
                  {"nodes", nodes_json(line)}};
-  object.update(ends_json(line, north));
+  object.update(ends_json(line, globe));
   return object;
 }
 
@@ -115,9 +115,9 @@ std::string format(const char* text, auto... values) {
 }  // namespace
 
 void write_json(const std::filesystem::path& path, const SurveyLines& survey) {
-  const TrueNorth north(survey.crs);
+  const Globe globe(survey.crs);
   json lines = json::array();
-  for (const LineEstimate& estimate : survey.lines) lines.push_back(line_json(estimate, north));
+  for (const LineEstimate& estimate : survey.lines) lines.push_back(line_json(estimate, globe));
   json overlaps = json::array();
   for (const OverlapPair& pair : survey.overlaps)
     overlaps.push_back({{"first_line", pair.first_line},

@@ -11,7 +11,6 @@
 
 #include "core/base/error.h"
 #include "core/io/flight_lines_file.h"
-#include "stages/flightlines/true_north.h"
 
 namespace cornice::flightlines {
 namespace {
@@ -141,22 +140,6 @@ TEST_F(LinesFiles, AreRefusedWithOneClearLineWhereTheyAreSomethingElse) {
   std::swap(survey.lines[0].line.nodes[0], survey.lines[0].line.nodes[2]);
   write_json(folder_ / "order.json", survey);
   EXPECT_NE(problem(folder_ / "order.json").find("time order"), std::string::npos);
-}
-
-TEST(TrueNorth, HasTheConvergenceOfTheGrid) {
-  // On the central meridian of UTM 32 grid north is true north; 2 degrees east of it at 46.5
-  // degrees north it is 2 sin(46.5) = 1.451 degrees off to the east.
-  const TrueNorth utm(crs_from_text("EPSG:32632"));
-  const auto middle = utm.at({500000.0, 5150000.0, 0.0});
-  ASSERT_TRUE(middle);
-  EXPECT_NEAR(middle->longitude_deg, 9.0, 1e-9);
-  EXPECT_NEAR(middle->convergence_deg, 0.0, 1e-6);
-  const auto east = utm.at({653500.0, 5152000.0, 0.0});
-  ASSERT_TRUE(east);
-  EXPECT_NEAR(east->convergence_deg,
-              (east->longitude_deg - 9.0) * std::sin(east->latitude_deg * 3.14159265358979 / 180.0),
-              0.002);
-  EXPECT_FALSE(TrueNorth(Crs{}).at({0.0, 0.0, 0.0}));
 }
 
 }  // namespace

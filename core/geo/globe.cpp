@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // C. F. F. Karney, "Algorithms for geodesics", Journal of Geodesy 87, 2013 (GeographicLib).
-#include "stages/flightlines/true_north.h"
+#include "core/geo/globe.h"
 
-#include <cpl_error.h>
 #include <ogr_srs_api.h>
 
 #include <GeographicLib/Geodesic.hpp>
 #include <cmath>
 
-namespace cornice::flightlines {
+#include "core/geo/gdal_handles.h"
+
+namespace cornice {
 namespace {
 
 /// Grid north is the direction to a point this far north on the grid, metres.
@@ -16,15 +17,17 @@ constexpr double kNorthStepM = 100.0;
 
 }  // namespace
 
-struct TrueNorth::Impl {
+struct Globe::Impl {
   OGRSpatialReferenceH projected = nullptr;
   OGRSpatialReferenceH geographic = nullptr;
   OGRCoordinateTransformationH transformation = nullptr;
+  OGRCoordinateTransformationH backward = nullptr;
   double step = kNorthStepM;  ///< in CRS units
   double semi_major = 6378137.0;
   double flattening = 1.0 / 298.257223563;
 
   ~Impl() {
+    if (backward != nullptr) OCTDestroyCoordinateTransformation(backward);
     if (transformation != nullptr) OCTDestroyCoordinateTransformation(transformation);
     if (geographic != nullptr) OSRRelease(geographic);
     if (projected != nullptr) OSRRelease(projected);
@@ -35,9 +38,9 @@ struct TrueNorth::Impl {
   }
 };
 
-TrueNorth::TrueNorth(const Crs& crs) : impl_(std::make_unique<Impl>()) {
+Globe::Globe(const Crs& crs) : impl_(std::make_unique<Impl>()) {
   if (crs.empty() || !(crs.metres_per_unit > 0.0)) return;
-  CPLPushErrorHandler(CPLQuietErrorHandler);
+  const QuietGdal quiet;
   impl_->projected = OSRNewSpatialReference(crs.wkt.c_str());
   if (impl_->projected != nullptr) {
     OSRSetAxisMappingStrategy(impl_->projected, OAMS_TRADITIONAL_GIS_ORDER);
@@ -55,20 +58,19 @@ TrueNorth::TrueNorth(const Crs& crs) : impl_(std::make_unique<Impl>()) {
     if (impl_->geographic != nullptr) {
       OSRSetAxisMappingStrategy(impl_->geographic, OAMS_TRADITIONAL_GIS_ORDER);
       impl_->transformation = OCTNewCoordinateTransformation(impl_->projected, impl_->geographic);
+      impl_->backward = OCTNewCoordinateTransformation(impl_->geographic, impl_->projected);
     }
   }
-  CPLPopErrorHandler();
 }
 
-TrueNorth::~TrueNorth() = default;
+Globe::~Globe() = default;
 
-std::optional<GlobePosition> TrueNorth::at(Vec3d position) const {
+std::optional<GlobePosition> Globe::at(Vec3d position) const {
   if (impl_->transformation == nullptr) return std::nullopt;
   double lon = position.x, lat = position.y;
   double lon_north = position.x, lat_north = position.y + impl_->step;
-  CPLPushErrorHandler(CPLQuietErrorHandler);
+  const QuietGdal quiet;
   const bool done = impl_->to_globe(lon, lat) && impl_->to_globe(lon_north, lat_north);
-  CPLPopErrorHandler();
   if (!done || std::abs(lat) > 90.0) return std::nullopt;
   const GeographicLib::Geodesic geodesic(impl_->semi_major, impl_->flattening);
   double azimuth = 0.0, azimuth_there = 0.0;
@@ -76,4 +78,13 @@ std::optional<GlobePosition> TrueNorth::at(Vec3d position) const {
   return GlobePosition{lat, lon, azimuth};
 }
 
-}  // namespace cornice::flightlines
+std::optional<Vec3d> Globe::projected(double latitude_deg, double longitude_deg) const {
+  if (impl_->backward == nullptr || std::abs(latitude_deg) > 90.0) return std::nullopt;
+  double x = longitude_deg, y = latitude_deg, z = 0.0;
+  const QuietGdal quiet;
+  const bool done = OCTTransform(impl_->backward, 1, &x, &y, &z) != 0;
+  if (!done || !std::isfinite(x) || !std::isfinite(y)) return std::nullopt;
+  return Vec3d{x, y, 0.0};
+}
+
+}  // namespace cornice

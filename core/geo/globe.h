@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where a projected position lies on the globe, and how far grid north is from true north there.
+// Between positions of a projected CRS and the globe, and how far grid north is from true north.
 #pragma once
 
 #include <memory>
@@ -8,8 +8,9 @@
 #include "core/base/vec.h"
 #include "core/geo/crs.h"
 
-namespace cornice::flightlines {
+namespace cornice {
 
+/// A place by latitude and longitude on the CRS's own datum.
 struct GlobePosition {
   double latitude_deg = 0.0;
   double longitude_deg = 0.0;
@@ -18,16 +19,19 @@ struct GlobePosition {
 };
 
 /// Positions of one projected CRS on the globe (PROJ through GDAL; geodesics by GeographicLib).
-class TrueNorth {
+class Globe {
  public:
-  explicit TrueNorth(const Crs& crs);
-  ~TrueNorth();
+  explicit Globe(const Crs& crs);
+  ~Globe();
   /// Nothing where the CRS is empty or unknown to PROJ, or the position is outside of its reach.
   std::optional<GlobePosition> at(Vec3d position) const;
+  /// The way back, in plan: easting and northing in CRS units, z 0. On the CRS's own datum; nothing
+  /// as above.
+  std::optional<Vec3d> projected(double latitude_deg, double longitude_deg) const;
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace cornice::flightlines
+}  // namespace cornice
