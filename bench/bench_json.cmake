@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# cornice_bench: options and JSON of every bench. cornice_add_bench(name LIBS...) adds bench-<name>
-# from <name>.cpp in this folder.
-add_library(cornice_bench STATIC bench_json.cpp)
+# cornice_bench: options and JSON of every bench, and how they run programs.
+# cornice_add_bench(name LIBS...) adds bench-<name> from <name>.cpp in this folder.
+add_library(cornice_bench STATIC bench_json.cpp programs.cpp)
 cornice_configure(cornice_bench)
 target_compile_definitions(cornice_bench PRIVATE CORNICE_BUILD_TYPE="${CMAKE_BUILD_TYPE}")
 target_link_libraries(cornice_bench PUBLIC cornice_base CLI11::CLI11

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // How fast point files are decoded, next to LASzip's own loop on one thread.
 #include <laszip/laszip_api.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -9,6 +8,7 @@
 #include <limits>
 
 #include "bench/bench_json.h"
+#include "bench/programs.h"
 #include "core/base/error.h"
 #include "core/base/random.h"
 #include "core/io/las.h"
@@ -22,25 +22,6 @@ constexpr std::size_t kPoints = 6'000'000;
 constexpr std::size_t kQuickPoints = 600'000;
 constexpr int kRepeats = 7;
 constexpr int kQuickRepeats = 3;
-
-/// A folder that goes with the process.
-class ScratchFolder {
- public:
-  ScratchFolder()
-      : path_(fs::temp_directory_path() / ("cornice-bench-io-" + std::to_string(::getpid()))) {
-    fs::create_directories(path_);
-  }
-  ~ScratchFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  fs::path operator/(const std::string& name) const { return path_ / name; }
-
- private:
-  fs::path path_;
-};
 
 /// Scan lines over rolling ground with some vegetation: what survey files compress like.
 PointCloud survey_points(std::size_t count, std::uint64_t seed, Vec3d origin) {
@@ -208,7 +189,7 @@ double measure_format(const std::string& format, const fs::path& laz, const Opti
 }
 
 void measure_made_files(const Options& options, Result& result) {
-  const ScratchFolder scratch;
+  const ScratchFolder scratch("io");
   const std::size_t count = options.quick ? kQuickPoints : kPoints;
   result.parameter("points", static_cast<std::int64_t>(count));
   {

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Right and wrong sides of normals on simulated surveys: ours and what people use today.
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
@@ -19,6 +17,7 @@
 #include "bench/orientation/picture.h"
 #include "bench/orientation/score.h"
 #include "bench/orientation/survey.h"
+#include "bench/programs.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/io/ply.h"
@@ -45,7 +44,6 @@ struct Settings {
   std::filesystem::path pictures;
   double azimuth_deg = 180.0;
   std::filesystem::path points;
-  std::filesystem::path work;
 };
 
 /// The points that the methods are judged on, in the tree's order.
@@ -286,12 +284,11 @@ void look_at(const Settings& settings) {
 }
 
 void measure(const Settings& settings, const Options& options, Result& result) {
-  const std::filesystem::path programs =
-      std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  const ScratchFolder work("orientation");
   std::vector<Score> scores;
   for (const SurveyPlan& plan : plans(settings, options)) {
     const Survey survey =
-        fly(plan, programs, {CORNICE_SCENES, CORNICE_OWN_SCENES}, settings.work, options.threads);
+        fly(plan, own_folder(), {CORNICE_SCENES, CORNICE_OWN_SCENES}, work.path(), options.threads);
     const Judged judged = judged_points(survey, options.threads);
     for (const Oriented& method :
          all_methods(survey, judged, settings.ours_only, options.threads)) {
@@ -319,8 +316,6 @@ void measure(const Settings& settings, const Options& options, Result& result) {
 
 int main(int argc, char** argv) {
   Settings settings;
-  settings.work = std::filesystem::temp_directory_path() /
-                  ("cornice-bench-orientation-" + std::to_string(::getpid()));
   return run(
       "orientation", "Normals on the right side on simulated scenes", argc, argv,
       [&](CLI::App& app) {
@@ -346,6 +341,5 @@ int main(int argc, char** argv) {
           return;
         }
         measure(settings, options, result);
-        std::filesystem::remove_all(settings.work);
       });
 }

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "bench/bench_json.h"
+#include "bench/programs.h"
 #include "bench/survey_run/survey_run.h"
 
 namespace {
@@ -13,14 +14,14 @@ using namespace cornice;
 using namespace cornice::bench;
 
 void body(double tile_m, const Options& options, Result& result) {
-  const ScratchFolder folder("cornice-bench-pipeline");
+  const ScratchFolder folder("pipeline");
   SurveyRunPlan plan;
   plan.tile_m = tile_m > 0.0 ? tile_m : options.quick ? 60.0 : 250.0;
   plan.seed = options.seed;
   plan.threads = options.threads;
-  const SurveyRun one = run_survey(plan, CORNICE_BIN_DIR, CORNICE_SCENES, folder.path() / "one");
+  const SurveyRun one = run_survey(plan, CORNICE_BIN_DIR, CORNICE_SCENES, folder / "one");
   plan.tiles_a_side = options.quick ? 2 : 4;
-  const SurveyRun many = run_survey(plan, CORNICE_BIN_DIR, CORNICE_SCENES, folder.path() / "many");
+  const SurveyRun many = run_survey(plan, CORNICE_BIN_DIR, CORNICE_SCENES, folder / "many");
   const int tiles = plan.tiles_a_side * plan.tiles_a_side;
   const std::string side = std::to_string(plan.tiles_a_side);
   result.parameter("tile_m", plan.tile_m);

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Speed, memory and accuracy of the Poisson engine and the extraction, beside PCL and PoissonRecon.
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -14,6 +12,7 @@
 #include "bench/bench_json.h"
 #include "bench/poisson/hills.h"
 #include "bench/poisson/pcl_poisson.h"
+#include "bench/programs.h"
 #include "core/base/error.h"
 #include "core/base/memory.h"
 #include "core/io/ply.h"
@@ -39,7 +38,6 @@ struct Settings {
   double noise_m = 0.03, tilt_deg = 2.0;
   double peer_millions = 20.4, pcl_millions = 0.25;
   std::filesystem::path poissonrecon;
-  std::filesystem::path work;
 };
 
 /// One reconstruction by our engine.
@@ -95,38 +93,23 @@ std::string name_of(double millions, int depth) {
   return std::to_string(static_cast<int>(millions)) + "m_d" + std::to_string(depth);
 }
 
-/// Runs a program and waits. Throws RunError where it does not end well.
-double run_program(const std::vector<std::string>& arguments) {
-  return seconds_of([&] {
-    const pid_t child = ::fork();
-    if (child == 0) {
-      std::vector<char*> argv;
-      for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
-      argv.push_back(nullptr);
-      if (std::freopen("/dev/null", "w", stdout) == nullptr) ::_exit(127);
-      ::execv(argv[0], argv.data());
-      ::_exit(127);
-    }
-    int status = 0;
-    if (child < 0 || ::waitpid(child, &status, 0) < 0 || status != 0)
-      throw RunError(arguments.front(), "did not end well; run it by hand to see why");
-  });
-}
-
 /// Both from file to file on the same points, at the same width of the finest cells.
 void compare_with_poissonrecon(const Settings& settings, const Options& options, Result& result) {
   const auto count = static_cast<std::size_t>(settings.peer_millions * 1e6);
   const Hills hills(std::sqrt(static_cast<double>(count) / kDensity));
-  const std::filesystem::path in = settings.work / "points.ply", ours = settings.work / "ours.ply",
-                              theirs = settings.work / "theirs.ply";
+  const ScratchFolder work("poisson");
+  const std::filesystem::path in = work / "points.ply", ours = work / "ours.ply",
+                              theirs = work / "theirs.ply";
   write_ply(
       in, hills.sample(count, settings.noise_m, settings.tilt_deg, options.seed, options.threads));
   const double our_s = seconds_of([&] {
     const OrientedPoints points = read_ply_points(in);
     write_ply(ours, reconstruct(points, 0.5, options.threads).mesh);
   });
-  const double their_s = run_program({settings.poissonrecon.string(), "--in", in.string(), "--out",
-                                      theirs.string(), "--width", "0.5", "--pointWeight", "4"});
+  const double their_s = run_program({settings.poissonrecon, "--in", in, "--out", theirs, "--width",
+                                      "0.5", "--pointWeight", "4"},
+                                     work / "poissonrecon.log")
+                             .seconds;
   Mesh their_mesh = read_ply_mesh(theirs);
   their_mesh.origin = hills.origin();
   const HillsAccuracy a = measure_accuracy(hills, their_mesh, kBorderM, kFarM);
@@ -190,7 +173,6 @@ void measure(Settings settings, const Options& options, Result& result) {
     settings.pcl_millions = 0.02;
     settings.peer_millions = 0.5;
   }
-  std::filesystem::create_directories(settings.work);
   // The largest first: the peak of the process is then its own.
   for (const int depth : settings.depths)
     measure_case(settings, options, settings.millions.front(), depth, result);
@@ -207,8 +189,6 @@ void measure(Settings settings, const Options& options, Result& result) {
 
 int main(int argc, char** argv) {
   Settings settings;
-  settings.work = std::filesystem::temp_directory_path() /
-                  ("cornice-bench-poisson-" + std::to_string(::getpid()));
   return run(
       "poisson", "Speed, memory and accuracy of reconstruction", argc, argv,
       [&](CLI::App& app) {
@@ -223,8 +203,5 @@ int main(int argc, char** argv) {
         app.add_option("--peer-poissonrecon", settings.poissonrecon, "the program")
             ->check(CLI::ExistingFile);
       },
-      [&](const Options& options, Result& result) {
-        measure(settings, options, result);
-        std::filesystem::remove_all(settings.work);
-      });
+      [&](const Options& options, Result& result) { measure(settings, options, result); });
 }

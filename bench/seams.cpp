@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Whether tiles that were solved apart meet, and how far from a mesh made in one piece.
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "bench/bench_json.h"
+#include "bench/programs.h"
 #include "bench/seams/tiled.h"
 #include "bench/surface/ground.h"
 #include "core/base/error.h"
@@ -27,7 +27,6 @@ struct Settings {
   double density = 20.0;
   std::vector<std::filesystem::path> points;
   std::filesystem::path meshes;
-  std::filesystem::path work;
   TilingOptions tiling;
 };
 
@@ -111,14 +110,13 @@ class Bench {
 };
 
 void measure_simulated(const Settings& settings, const Options& options, Bench& bench) {
-  const std::filesystem::path programs =
-      std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  const ScratchFolder work("seams");
   GroundPlan plan;
   plan.scene = std::filesystem::path(CORNICE_SCENES) / "cliff.yaml";
   plan.size_m = settings.size_m;
   plan.density = settings.density;
   plan.seed = options.seed;
-  const Ground ground = fly_ground(plan, programs, settings.work, options.threads);
+  const Ground ground = fly_ground(plan, own_folder(), work.path(), options.threads);
   const Box2d all = ground.extent;
   bench.measure("2x2", ground.points, grid(all, 2, 2));
   const double wall = wall_northing(ground);
@@ -173,8 +171,6 @@ void measure(Settings settings, const Options& options, Result& result) {
 
 int main(int argc, char** argv) {
   Settings settings;
-  settings.work = std::filesystem::temp_directory_path() /
-                  ("cornice-bench-seams-" + std::to_string(::getpid()));
   return run(
       "seams", "Tiles solved apart, meeting", argc, argv,
       [&](CLI::App& app) {
@@ -187,8 +183,5 @@ int main(int argc, char** argv) {
                        "oriented points (PLY) of real tiles side by side, without halo");
         app.add_option("--meshes", settings.meshes, "folder for the joined meshes");
       },
-      [&](const Options& options, Result& result) {
-        measure(settings, options, result);
-        std::filesystem::remove_all(settings.work);
-      });
+      [&](const Options& options, Result& result) { measure(settings, options, result); });
 }

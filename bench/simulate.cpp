@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // How fast surveys are simulated and written, scene by scene, with the truth of every point.
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <limits>
 
 #include "bench/bench_json.h"
+#include "bench/programs.h"
 #include "core/base/error.h"
 #include "core/base/memory.h"
 #include "stages/simulate/survey.h"
@@ -19,25 +18,6 @@ namespace sim = cornice::simulate;
 
 constexpr double kDensity = 20.4;
 constexpr double kQuickSideM = 150.0;
-
-/// A folder that goes with the process.
-class ScratchFolder {
- public:
-  explicit ScratchFolder(const fs::path& in)
-      : path_(in / ("cornice-bench-simulate-" + std::to_string(::getpid()))) {
-    fs::create_directories(path_ / "truth");
-  }
-  ~ScratchFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 /// A scene and the side of the tile flown over it: as large as the scene is made for.
 struct Case {
@@ -65,7 +45,8 @@ Seconds simulate(const Case& which, const Options& options, const fs::path& scra
   scene_options.seed = options.seed;
   scene_options.extent = sim::scene_extent(sim::tile_grid(survey_options));
   scene_options.threads = options.threads;
-  const ScratchFolder folder(scratch);
+  const ScratchFolder folder("simulate", scratch);
+  fs::create_directories(folder / "truth");
   Seconds seconds{};
   std::unique_ptr<sim::Scene> scene;
   std::unique_ptr<sim::Survey> survey;

@@ -4,7 +4,7 @@ cornice_library(bench_ground surface/accuracy.cpp surface/ground.cpp)
 target_link_libraries(
   cornice_bench_ground
   PUBLIC cornice_simulate_scene cornice_mesh cornice_poisson_extract
-  PRIVATE cornice_simulate_survey cornice_normals cornice_las cornice_io)
+  PRIVATE cornice_bench cornice_simulate_survey cornice_normals cornice_las cornice_io)
 
 cornice_add_bench(surface cornice_bench_ground cornice_poisson_engine cornice_poisson_extract
                   cornice_io)

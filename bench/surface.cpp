@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // How far our surface lies from the ground that was flown over, and what a DEM makes of it.
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "bench/bench_json.h"
+#include "bench/programs.h"
 #include "bench/surface/accuracy.h"
 #include "bench/surface/ground.h"
 #include "core/io/ply.h"
@@ -33,7 +33,6 @@ struct Settings {
   double step_m = 0.5;
   double weld = ExtractOptions{}.weld;
   std::filesystem::path meshes;
-  std::filesystem::path work;
 };
 
 /// The mesh of a ground in one piece.
@@ -84,8 +83,7 @@ void take_worst(Accuracy& worst, const Accuracy& a) {
 
 void measure(Settings settings, const Options& options, Result& result) {
   if (options.quick) settings.size_m = std::min(settings.size_m, 60.0);
-  const std::filesystem::path programs =
-      std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  const ScratchFolder work("surface");
   Accuracy worst, worst_dem;
   worst.overhang_area_share = worst_dem.overhang_area_share = 1.0;
   for (const std::string& scene : settings.scenes) {
@@ -95,7 +93,7 @@ void measure(Settings settings, const Options& options, Result& result) {
     plan.density = settings.density;
     plan.noise_m = settings.noise_m;
     plan.seed = options.seed;
-    const Ground ground = fly_ground(plan, programs, settings.work / scene, options.threads);
+    const Ground ground = fly_ground(plan, own_folder(), work / scene, options.threads);
     AccuracyOptions judged;
     judged.threads = options.threads;
     const AccuracyJudge judge(ground, judged);
@@ -125,8 +123,6 @@ void measure(Settings settings, const Options& options, Result& result) {
 
 int main(int argc, char** argv) {
   Settings settings;
-  settings.work = std::filesystem::temp_directory_path() /
-                  ("cornice-bench-surface-" + std::to_string(::getpid()));
   return run(
       "surface", "Distance of our surface from the simulated ground", argc, argv,
       [&](CLI::App& app) {
@@ -138,8 +134,5 @@ int main(int argc, char** argv) {
         app.add_option("--weld", settings.weld, "of the extraction");
         app.add_option("--meshes", settings.meshes, "folder for the meshes");
       },
-      [&](const Options& options, Result& result) {
-        measure(settings, options, result);
-        std::filesystem::remove_all(settings.work);
-      });
+      [&](const Options& options, Result& result) { measure(settings, options, result); });
 }

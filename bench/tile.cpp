@@ -5,6 +5,7 @@
 #include <string>
 
 #include "bench/bench_json.h"
+#include "bench/programs.h"
 #include "bench/survey_run/survey_run.h"
 
 namespace {
@@ -18,13 +19,13 @@ struct Own {
 };
 
 void body(const Own& own, const Options& options, Result& result) {
-  const ScratchFolder folder("cornice-bench-tile");
+  const ScratchFolder folder("tile");
   SurveyRunPlan plan;
   plan.scene = own.scene;
   plan.tile_m = own.tile_m > 0.0 ? own.tile_m : options.quick ? 200.0 : 1000.0;
   plan.seed = options.seed;
   plan.threads = options.threads;
-  const SurveyRun run = run_survey(plan, CORNICE_BIN_DIR, CORNICE_SCENES, folder.path() / "run");
+  const SurveyRun run = run_survey(plan, CORNICE_BIN_DIR, CORNICE_SCENES, folder / "run");
   result.parameter("scene", plan.scene);
   result.parameter("tile_m", plan.tile_m);
   result.parameter("points", static_cast<std::int64_t>(run.points));

@@ -2,8 +2,8 @@
 #include "bench/orientation/survey.h"
 
 #include <algorithm>
-#include <cstdlib>
 
+#include "bench/programs.h"
 #include "core/base/error.h"
 #include "core/io/flight_lines_file.h"
 #include "core/io/las.h"
@@ -12,15 +12,6 @@
 
 namespace cornice::bench {
 namespace {
-
-std::string quoted(const std::filesystem::path& path) { return "'" + path.string() + "'"; }
-
-void run_program(const std::string& command, const std::filesystem::path& log) {
-  const std::string line = command + " >" + quoted(log) + " 2>&1";
-  if (std::system(line.c_str()) != 0) {
-    throw RunError(command, "failed; what it said is in " + log.string());
-  }
-}
 
 std::filesystem::path only_file(const std::filesystem::path& folder, const std::string& ending) {
   std::vector<std::filesystem::path> found;
@@ -55,23 +46,39 @@ Survey fly(const SurveyPlan& plan, const std::filesystem::path& programs,
   std::filesystem::create_directories(folder);
   const std::filesystem::path survey = folder / "survey";
   std::filesystem::remove_all(survey);
-  const std::string common = " --threads " + std::to_string(threads) + " --no-progress --overwrite";
+  const std::string of_threads = std::to_string(threads);
   // The products differ in how they store the scan angle: point format 1 in whole degrees, point
   // format 6 in steps of 0.006.
-  run_program(quoted(programs / "cornice-simulate") + " " + quoted(scene_file(plan.scene, scenes)) +
-                  " -o " + quoted(survey) + " --product " +
-                  (plan.whole_degrees ? "swisssurface3d" : "lidarhd") + " --scanner " +
-                  plan.scanner + " --tile-size " + std::to_string(plan.tile_m) + " --density " +
-                  std::to_string(plan.density) + " --noise " + std::to_string(plan.noise_m) +
-                  " --seed " + std::to_string(plan.seed) + " --truth-dem-step 0" + common,
+  run_program({programs / "cornice-simulate",
+               scene_file(plan.scene, scenes),
+               "-o",
+               survey,
+               "--product",
+               plan.whole_degrees ? "swisssurface3d" : "lidarhd",
+               "--scanner",
+               plan.scanner,
+               "--tile-size",
+               std::to_string(plan.tile_m),
+               "--density",
+               std::to_string(plan.density),
+               "--noise",
+               std::to_string(plan.noise_m),
+               "--seed",
+               std::to_string(plan.seed),
+               "--truth-dem-step",
+               "0",
+               "--threads",
+               of_threads,
+               "--no-progress",
+               "--overwrite"},
               folder / "simulate.log");
   Survey result;
   result.tile = only_file(survey, ".laz");
   std::filesystem::path lines = survey / "truth" / "lines.json";
   if (!plan.true_lines) {
     lines = folder / "lines.gpkg";
-    run_program(quoted(programs / "cornice-flightlines") + " " + quoted(result.tile) + " -o " +
-                    quoted(lines) + common,
+    run_program({programs / "cornice-flightlines", result.tile, "-o", lines, "--threads",
+                 of_threads, "--no-progress", "--overwrite"},
                 folder / "flightlines.log");
   }
   result.lines = read_flight_lines(lines);

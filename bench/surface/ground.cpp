@@ -2,10 +2,9 @@
 #include "bench/surface/ground.h"
 
 #include <cmath>
-#include <cstdlib>
 #include <utility>
 
-#include "core/base/error.h"
+#include "bench/programs.h"
 #include "core/io/flight_lines_file.h"
 #include "core/io/las.h"
 #include "stages/normals/normals.h"
@@ -54,13 +53,9 @@ Ground fly_ground(const GroundPlan& plan, const std::filesystem::path& programs,
   std::filesystem::create_directories(folder);
   const std::filesystem::path tile = fly_tile(plan, folder / "survey", threads, ground);
   const std::filesystem::path lines = folder / "lines.gpkg";
-  const std::string command = "'" + (programs / "cornice-flightlines").string() + "' '" +
-                              tile.string() + "' -o '" + lines.string() + "' --threads " +
-                              std::to_string(threads) + " --no-progress >'" +
-                              (folder / "flightlines.log").string() + "' 2>&1";
-  if (std::system(command.c_str()) != 0) {
-    throw RunError("cornice-flightlines", "failed; see " + (folder / "flightlines.log").string());
-  }
+  run_program({programs / "cornice-flightlines", tile, "-o", lines, "--threads",
+               std::to_string(threads), "--no-progress"},
+              folder / "flightlines.log");
   LasReadOptions read;
   read.attributes = normals::kAttributes;
   read.threads = threads;

@@ -1,29 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "bench/survey_run/survey_run.h"
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "bench/bench_json.h"
-#include "core/base/error.h"
+#include "bench/programs.h"
 
 namespace cornice::bench {
 namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-std::string quoted(const fs::path& path) { return "'" + path.string() + "'"; }
-
-void run_program(const std::string& command, const fs::path& log) {
-  const std::string line = command + " >" + quoted(log) + " 2>&1";
-  if (std::system(line.c_str()) != 0)
-    throw RunError(command, "failed; what it said is in " + log.string());
-}
 
 json read_json(const fs::path& path) {
   std::ifstream file(path);
@@ -33,13 +21,29 @@ json read_json(const fs::path& path) {
 void fly(const SurveyRunPlan& plan, const fs::path& programs, const fs::path& scenes,
          const fs::path& folder) {
   const std::string side = std::to_string(plan.tiles_a_side);
-  run_program(quoted(programs / "cornice-simulate") + " " +
-                  quoted(scenes / (plan.scene + ".yaml")) + " -o " + quoted(folder / "survey") +
-                  " --product lidarhd --tiles " + side + "x" + side + " --tile-size " +
-                  std::to_string(plan.tile_m) + " --density " + std::to_string(plan.density) +
-                  " --noise 0.03 --seed " + std::to_string(plan.seed) +
-                  " --truth none --truth-dem-step 0 --no-progress --threads " +
-                  std::to_string(plan.threads),
+  run_program({programs / "cornice-simulate",
+               scenes / (plan.scene + ".yaml"),
+               "-o",
+               folder / "survey",
+               "--product",
+               "lidarhd",
+               "--tiles",
+               side + "x" + side,
+               "--tile-size",
+               std::to_string(plan.tile_m),
+               "--density",
+               std::to_string(plan.density),
+               "--noise",
+               "0.03",
+               "--seed",
+               std::to_string(plan.seed),
+               "--truth",
+               "none",
+               "--truth-dem-step",
+               "0",
+               "--no-progress",
+               "--threads",
+               std::to_string(plan.threads)},
               folder / "simulate.log");
 }
 
@@ -58,16 +62,6 @@ std::map<std::string, StageCost> read_costs(const fs::path& reports) {
 }
 
 }  // namespace
-
-ScratchFolder::ScratchFolder(const std::string& name)
-    : path_(fs::temp_directory_path() / (name + "-" + std::to_string(::getpid()))) {
-  fs::create_directories(path_);
-}
-
-ScratchFolder::~ScratchFolder() {
-  std::error_code ignored;
-  fs::remove_all(path_, ignored);
-}
 
 double SurveyRun::seconds() const {
   double sum = 0.0;
@@ -89,11 +83,10 @@ SurveyRun run_survey(const SurveyRunPlan& plan, const fs::path& programs, const 
   const fs::path output = folder / "output";
   std::ofstream(folder / "survey.yaml") << "tiles: [survey]\noutput: output\nproduct: lidarhd\n";
   SurveyRun run;
-  run.wall_s = seconds_of([&] {
-    run_program(quoted(programs / "cornice") + " run " + quoted(folder / "survey.yaml") +
-                    " --no-progress --jobs 1 --threads " + std::to_string(plan.threads),
-                folder / "run.log");
-  });
+  run.wall_s = run_program({programs / "cornice", "run", folder / "survey.yaml", "--no-progress",
+                            "--jobs", "1", "--threads", std::to_string(plan.threads)},
+                           folder / "run.log")
+                   .seconds;
   run.stages = read_costs(output / "reports");
   for (const json& tile : read_json(output / "survey.json").at("tiles"))
     run.points += tile.at("points").get<std::uint64_t>();

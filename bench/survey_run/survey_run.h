@@ -9,19 +9,6 @@
 
 namespace cornice::bench {
 
-/// A folder of this process's own below the system's temporary folder; gone with the object.
-class ScratchFolder {
- public:
-  explicit ScratchFolder(const std::string& name);
-  ~ScratchFolder();
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
-
 struct SurveyRunPlan {
   std::string scene = "alp";
   int tiles_a_side = 1;
@@ -48,7 +35,7 @@ struct SurveyRun {
 };
 
 /// Flies the survey below `folder` (what is there is removed) and runs it with the programs beside
-/// each other in `programs`. Throws RunError where something fails, naming its log.
+/// each other in `programs`. Throws RunError where something fails.
 SurveyRun run_survey(const SurveyRunPlan& plan, const std::filesystem::path& programs,
                      const std::filesystem::path& scenes, const std::filesystem::path& folder);
 
