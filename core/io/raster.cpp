@@ -222,6 +222,15 @@ void read_values(const fs::path& path, void* dataset, bool south_up, Raster& ras
   }
 }
 
+Raster read_head(const fs::path& path, GDALDatasetH dataset, bool& south_up) {
+  Raster raster;
+  raster.width = GDALGetRasterXSize(dataset);
+  raster.height = GDALGetRasterYSize(dataset);
+  south_up = read_grid(path, dataset, raster);
+  raster.crs = read_crs(path, dataset);
+  return raster;
+}
+
 }  // namespace
 
 void write_cog(const fs::path& path, const Raster& raster) {
@@ -242,14 +251,18 @@ void write_cog(const fs::path& path, const Raster& raster) {
   target.commit();
 }
 
+Raster read_raster_head(const fs::path& path) {
+  const GdalMessages messages;
+  const DatasetPtr dataset = open_raster(path, messages);
+  bool south_up = false;
+  return read_head(path, dataset.get(), south_up);
+}
+
 Raster read_raster(const fs::path& path) {
   const GdalMessages messages;
   const DatasetPtr dataset = open_raster(path, messages);
-  Raster raster;
-  raster.width = GDALGetRasterXSize(dataset.get());
-  raster.height = GDALGetRasterYSize(dataset.get());
-  const bool south_up = read_grid(path, dataset.get(), raster);
-  raster.crs = read_crs(path, dataset.get());
+  bool south_up = false;
+  Raster raster = read_head(path, dataset.get(), south_up);
   const auto pixels =
       static_cast<std::uint64_t>(raster.width) * static_cast<std::uint64_t>(raster.height);
   if (pixels > available_memory_bytes() / sizeof(float)) {

@@ -40,6 +40,9 @@ void write_cog(const std::filesystem::path& path, const Raster& raster);
 /// neither, lack a georeference, are rotated or sheared, or have unequal pixel sides.
 Raster read_raster(const std::filesystem::path& path);
 
+/// The same without `values`: where it lies and in which CRS, at little cost.
+Raster read_raster_head(const std::filesystem::path& path);
+
 /// 8-bit RGB picture, row by row from the top.
 struct Picture {
   int width = 0;

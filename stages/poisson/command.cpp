@@ -29,6 +29,10 @@ std::vector<Option> describe_solve(Command& c) {
       Option("point-weight", c.solve.point_weight,
              "how closely the surface follows points rather than normals")
           .range(0, 1000),
+      Option("fill-dem", c.fill_dem, "rasters of heights, used where there are no points"),
+      Option("fill-beyond-m", c.fill.beyond_m, "a gap: no point so near in plan")
+          .range(0.1, 1000)
+          .unit("m"),
       Option("points-per-cell", c.solve.points_per_cell,
              "that a cell must see for its level to be used; more is smoother")
           .above(0)

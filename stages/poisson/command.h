@@ -9,6 +9,7 @@
 #include "core/cli/stage.h"
 #include "stages/poisson/band.h"
 #include "stages/poisson/extract.h"
+#include "stages/poisson/fill.h"
 #include "stages/poisson/solve.h"
 #include "stages/poisson/support.h"
 
@@ -27,6 +28,8 @@ struct Command {
   double halo_m = 40.0;      ///< points farther from the tile are not used
   double band_m = 8.0;       ///< on either side of a border
   double margin_m = 0.0;     ///< surface kept beyond the tile where there are no neighbours
+  std::vector<std::filesystem::path> fill_dem;  ///< rasters; empty: gaps are left to the field
+  FillOptions fill;
   SolveOptions solve;
   ExtractOptions extract;
   SupportOptions support;

@@ -98,7 +98,31 @@ void report_solution(const SolveReport& solved, Report& report) {
   report.quality("seconds of solving", seconds);
 }
 
-TileField solve_tile(Command& command, const OrientedPoints& points, StageContext& context) {
+/// Puts points of the elevation model into the gaps of `points`.
+void fill_gaps(Command& command, const LatticeBox& tile, OrientedPoints& points,
+               StageContext& context) {
+  if (command.fill_dem.empty()) return;
+  const Lattice& lattice = command.solve.lattice;
+  const Box2d area = box_in_metres(tile, lattice).grown(command.halo_m);
+  // An empty cloud has no origin of its own, and one far away would cost floats their precision.
+  if (points.positions.empty()) {
+    points.origin = {std::floor(area.min_x), std::floor(area.min_y), 0.0};
+  }
+  command.fill.step_m = lattice.step_m;
+  context.report.step("fill", [&] {
+    const ElevationModel model = ElevationModel::read(command.fill_dem, points.crs_text, area);
+    const std::uint64_t added = fill_gaps(points, model, area, command.fill);
+    context.report.count("rasters used", model.rasters_used());
+    context.report.count("points of the elevation model", added);
+    if (model.without_vertical() > 0) {
+      context.report.warn(std::to_string(model.without_vertical()) +
+                          " rasters do not say what their heights refer to; they are taken to be "
+                          "in the points' system");
+    }
+  });
+}
+
+TileField solve_tile(Command& command, OrientedPoints& points, StageContext& context) {
   command.solve.threads = context.options.threads;
   TileField tile;
   const Box2d box = tile_of(command, points);
@@ -106,6 +130,8 @@ TileField solve_tile(Command& command, const OrientedPoints& points, StageContex
   tile.ramp = std::max(kLeastRamp, static_cast<std::int32_t>(
                                        std::lround(command.band_m / command.solve.lattice.step_m)));
   tile.crs_text = points.crs_text;
+  const std::size_t measured = points.positions.size();
+  fill_gaps(command, tile.tile, points, context);
   const Box3d domain = domain_of(command, box_in_metres(tile.tile, command.solve.lattice), points);
   const double step = command.solve.lattice.step_m;
   tile.z0 = static_cast<std::int32_t>(std::floor(domain.min.z / step));
@@ -115,6 +141,7 @@ TileField solve_tile(Command& command, const OrientedPoints& points, StageContex
     report_solution(solution.report, context.report);
     tile.field = std::move(solution.field);
   });
+  points.positions.resize(measured);  // support is by measured points alone
   return tile;
 }
 
@@ -219,7 +246,7 @@ void run_solve(Command& command, StageContext& context) {
   }
   context.memory.charge("points and their field",
                         read_ply_info(command.points).count("vertex") * kBytesPerPointSolved);
-  const OrientedPoints points = read_points(command.points, context);
+  OrientedPoints points = read_points(command.points, context);
   const TileField tile = solve_tile(command, points, context);
   TileField band;
   context.report.step("band", [&] { band = make_band(tile); });
@@ -277,7 +304,7 @@ void run_extract(Command& command, StageContext& context) {
 void run_mesh(Command& command, StageContext& context) {
   context.memory.charge("points and their field",
                         read_ply_info(command.points).count("vertex") * kBytesPerPointSolved);
-  const OrientedPoints points = read_points(command.points, context);
+  OrientedPoints points = read_points(command.points, context);
   TileField tile = solve_tile(command, points, context);
   command.extract.window = window_of(command, tile);
   command.extract.threads = context.options.threads;

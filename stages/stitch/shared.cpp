@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "stages/stitch/shared.h"
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <string>
@@ -43,6 +44,26 @@ std::vector<Sum> mean_by_class(const Borders& borders, const Plan& plan, ValuesO
   return means;
 }
 
+/// Codes have no mean: what is known worst of a vertex holds for all tiles.
+constexpr const char* kCode = "source";
+
+std::vector<std::uint8_t> largest_by_class(const Borders& borders, const Plan& plan,
+                                           const char* name) {
+  std::vector<std::uint8_t> largest(plan.class_count(), 0);
+  for (std::uint32_t c = 0; c < plan.class_count(); ++c) {
+    for (std::uint32_t i = plan.first[c]; i < plan.first[c + 1]; ++i) {
+      const Place& p = plan.places[i];
+      const std::vector<std::uint8_t>* values =
+          find_byte_property(borders.tiles[p.tile].vertices, name);
+      if (values == nullptr || values->empty()) continue;
+      const std::uint32_t first = borders.first_vertex[p.tile];
+      if (p.t < 1.0) largest[c] = std::max(largest[c], (*values)[p.a - first]);
+      if (p.t > 0.0) largest[c] = std::max(largest[c], (*values)[p.b - first]);
+    }
+  }
+  return largest;
+}
+
 std::set<std::string> float_names(const Borders& borders) {
   std::set<std::string> names;
   for (const Border& tile : borders.tiles) {
@@ -73,6 +94,10 @@ SharedAttributes share_attributes(const Borders& borders, const Plan& plan) {
     shared.floats.push_back({name, std::vector<float>(means.begin(), means.end())});
   }
   for (const std::string& name : byte_names(borders)) {
+    if (name == kCode) {
+      shared.bytes.push_back({name, largest_by_class(borders, plan, kCode)});
+      continue;
+    }
     shared.bytes.push_back({name, {}});
     for (const double mean : mean_by_class<std::uint8_t, double>(
              borders, plan,

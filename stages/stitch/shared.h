@@ -11,7 +11,8 @@
 namespace cornice::stitch {
 
 /// Per class of the plan: the mean over its places, each tile counting once, so that no edge shows
-/// in the shading. Tiles without an attribute have no say in it. `normals` is zero where no tile
+/// in the shading; of the code "source" the largest. Tiles without an attribute have no say in it.
+/// `normals` is zero where no tile
 /// has normals, or where they cancel out.
 struct SharedAttributes {
   std::vector<Vec3f> normals;

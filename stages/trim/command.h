@@ -16,6 +16,8 @@ struct Command {
   std::filesystem::path mesh;
   std::filesystem::path points;  ///< empty: the mesh says its support itself
   std::filesystem::path output;
+  std::vector<std::filesystem::path> fill_dem;  ///< rasters of heights
+  double fill_within_m = 1.0;                   ///< of the elevation model's surface
   Options options;
 };
 

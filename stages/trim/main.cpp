@@ -4,6 +4,7 @@
 #include "core/cli/stage.h"
 #include "core/io/ply.h"
 #include "stages/trim/command.h"
+#include "stages/trim/model_surface.h"
 #include "stages/trim/point_support.h"
 
 namespace {
@@ -12,6 +13,25 @@ using namespace cornice;
 
 /// What the stage needs at its peak: the mesh twice, its edges, the fates of its vertices.
 constexpr std::uint64_t kBytesPerTriangle = 120;
+
+/// Vertices on the elevation model that the options name; none without one.
+std::vector<std::uint8_t> on_model(const trim::Command& command, const Mesh& mesh,
+                                   StageContext& context) {
+  if (command.fill_dem.empty()) return {};
+  Report& report = context.report;
+  std::vector<std::uint8_t> held;
+  report.step("elevation model", [&] {
+    const auto model = ElevationModel::read(command.fill_dem, mesh.crs_text, trim::plan_box(mesh));
+    report.count("rasters used", model.rasters_used());
+    if (model.without_vertical() > 0) {
+      report.warn(std::to_string(model.without_vertical()) +
+                  " rasters do not say what their heights refer to; they are taken to be in the "
+                  "mesh's system");
+    }
+    held = trim::find_model_surface(mesh, model, command.fill_within_m, context.options.threads);
+  });
+  return held;
+}
 
 void run(trim::Command& command, StageContext& context) {
   Report& report = context.report;
@@ -24,6 +44,7 @@ void run(trim::Command& command, StageContext& context) {
   context.memory.charge("the mesh", read_ply_info(command.mesh).count("face") * kBytesPerTriangle);
   Mesh mesh;
   report.step("read", [&] { mesh = read_ply_mesh(command.mesh); });
+  const std::vector<std::uint8_t> held = on_model(command, mesh, context);
   trim::Result result;
   try {
     if (!command.points.empty()) {
@@ -31,9 +52,15 @@ void run(trim::Command& command, StageContext& context) {
         trim::add_support(mesh, read_ply_points(command.points), context.options.threads);
       });
     }
-    report.step("trim", [&] { result = trim::trim(mesh, command.options, context.progress); });
+    report.step("trim",
+                [&] { result = trim::trim(mesh, command.options, held, context.progress); });
   } catch (const InputError& error) {
     throw InputError(command.mesh.string(), error.problem());
+  }
+  if (!held.empty() && result.counts.model_vertices == 0 && result.counts.dropped_triangles > 0) {
+    report.warn(
+        "no surface without measurements follows the rasters; give cornice-poisson the "
+        "same --fill-dem");
   }
   trim::report_counts(result.counts, result.mesh, report);
   report.step("write", [&] { write_ply(command.output, result.mesh); });
@@ -48,7 +75,8 @@ int main(int argc, char** argv) {
   stage.description = "Takes surface without measurements off a reconstructed mesh";
   stage.options = trim::describe(command);
   stage.examples = {"cornice-trim tile.ply -o trimmed.ply --bridge 20",
-                    "cornice-trim foreign.ply --points points.ply -o trimmed.ply"};
+                    "cornice-trim foreign.ply --points points.ply -o trimmed.ply",
+                    "cornice-trim tile.ply -o trimmed.ply --fill-dem dem/*.tif"};
   stage.run = [&](StageContext& context) { run(command, context); };
   return run_stage(argc, argv, std::move(stage));
 }

@@ -35,17 +35,25 @@ std::vector<std::uint8_t> measured_vertices(const Mesh& mesh, const Options& opt
   return measured;
 }
 
-/// Triangles to keep, and whether a vertex is bridged.
-struct Choice {
-  std::vector<std::uint8_t> triangles;
-  std::vector<std::uint8_t> bridged;
-};
+/// What holds each vertex up, if it is kept.
+std::vector<std::uint8_t> vertex_sources(const std::vector<std::uint8_t>& measured,
+                                         const std::vector<std::uint8_t>& on_model) {
+  std::vector<std::uint8_t> sources(measured.size());
+  for (std::size_t v = 0; v < sources.size(); ++v) {
+    const bool model = !on_model.empty() && on_model[v] != 0;
+    const Source source = measured[v] != 0 ? Source::kMeasured
+                          : model          ? Source::kModel
+                                           : Source::kBridged;
+    sources[v] = static_cast<std::uint8_t>(source);
+  }
+  return sources;
+}
 
-Choice choose_triangles(const Mesh& mesh, const std::vector<std::uint32_t>& twins,
-                        const std::vector<Fate>& fates, const std::vector<std::uint8_t>& measured) {
-  Choice choice;
-  choice.triangles.resize(mesh.triangles.size());
-  choice.bridged.assign(mesh.positions.size(), 0);
+/// One byte per triangle.
+std::vector<std::uint8_t> choose_triangles(const Mesh& mesh,
+                                           const std::vector<std::uint32_t>& twins,
+                                           const std::vector<Fate>& fates) {
+  std::vector<std::uint8_t> choice(mesh.triangles.size());
   const auto kept = [&](std::uint32_t v) { return fates[v] != Fate::kDropped; };
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     const Triangle& c = mesh.triangles[t];
@@ -57,9 +65,7 @@ Choice choose_triangles(const Mesh& mesh, const std::vector<std::uint32_t>& twin
       keep = keep && kept(c[k]) && kept(c[(k + 1) % 3]);
     }
     if (!at_border) keep = kept(c[0]) && kept(c[1]) && kept(c[2]);
-    choice.triangles[t] = keep;
-    if (!keep) continue;
-    for (const std::uint32_t v : c) choice.bridged[v] = measured[v] == 0;
+    choice[t] = keep;
   }
   return choice;
 }
@@ -122,43 +128,54 @@ std::uint64_t split_touching_vertices(Mesh& mesh, int threads) {
   return added;
 }
 
-void add_areas(const Mesh& mesh, const std::vector<std::uint8_t>& bridged, Counts& counts) {
+void count_sources(const Mesh& mesh, const std::vector<std::uint8_t>& sources, Counts& counts) {
+  for (const std::uint8_t source : sources) {
+    counts.measured_vertices += source == static_cast<std::uint8_t>(Source::kMeasured);
+    counts.bridged_vertices += source == static_cast<std::uint8_t>(Source::kBridged);
+    counts.model_vertices += source == static_cast<std::uint8_t>(Source::kModel);
+  }
   for (const Triangle& t : mesh.triangles) {
     const double area = triangle_area(mesh, t);
+    const auto worst = static_cast<Source>(std::max({sources[t[0]], sources[t[1]], sources[t[2]]}));
     counts.area_m2 += area;
-    if ((bridged[t[0]] | bridged[t[1]] | bridged[t[2]]) != 0) counts.bridged_area_m2 += area;
+    if (worst == Source::kBridged) counts.bridged_area_m2 += area;
+    if (worst == Source::kModel) counts.model_area_m2 += area;
   }
 }
 
 }  // namespace
 
-Result trim(const Mesh& mesh, const Options& options, Progress& progress) {
+Result trim(const Mesh& mesh, const Options& options, const std::vector<std::uint8_t>& on_model,
+            Progress& progress) {
   Result result;
   Counts& counts = result.counts;
   const std::vector<std::uint8_t> measured = measured_vertices(mesh, options);
+  const std::vector<std::uint8_t> sources = vertex_sources(measured, on_model);
+  std::vector<std::uint8_t> held(sources.size());
+  std::transform(sources.begin(), sources.end(), held.begin(), [](std::uint8_t s) {
+    return std::uint8_t{s != static_cast<std::uint8_t>(Source::kBridged)};
+  });
+  const double bridge_m =
+      on_model.empty() ? options.bridge_m : std::max(options.bridge_m, kModelBridgeM);
   const auto twins = match_half_edges(mesh.triangles, mesh.positions.size(), options.threads);
   check_cancelled(progress);
   const std::vector<Fate> fates =
-      judge_vertices(mesh.positions, mesh.triangles, twins, measured, options.bridge_m);
+      judge_vertices(mesh.positions, mesh.triangles, twins, held, bridge_m);
   check_cancelled(progress);
-  Choice choice = choose_triangles(mesh, twins, fates, measured);
-  for (std::size_t t = 0; t < choice.triangles.size(); ++t) {
-    if (choice.triangles[t] != 0) continue;
+  std::vector<std::uint8_t> keep = choose_triangles(mesh, twins, fates);
+  for (std::size_t t = 0; t < keep.size(); ++t) {
+    if (keep[t] != 0) continue;
     ++counts.dropped_triangles;
     counts.dropped_area_m2 += triangle_area(mesh, mesh.triangles[t]);
   }
-  drop_small_parts(mesh, twins, options, choice.triangles, counts);
+  drop_small_parts(mesh, twins, options, keep, counts);
   std::vector<std::uint32_t> rows;
-  result.mesh = select_triangles(mesh, choice.triangles, &rows);
-  std::erase_if(result.mesh.byte_properties, [](const auto& p) { return p.name == "bridged"; });
-  ByteProperty bridged{"bridged", {}};
-  for (const std::uint32_t row : rows) {
-    bridged.values.push_back(choice.bridged[row]);
-    counts.measured_vertices += choice.bridged[row] == 0;
-    counts.bridged_vertices += choice.bridged[row] != 0;
-  }
-  add_areas(result.mesh, bridged.values, counts);
-  result.mesh.byte_properties.push_back(std::move(bridged));
+  result.mesh = select_triangles(mesh, keep, &rows);
+  std::erase_if(result.mesh.byte_properties, [](const auto& p) { return p.name == "source"; });
+  ByteProperty source{"source", {}};
+  for (const std::uint32_t row : rows) source.values.push_back(sources[row]);
+  count_sources(result.mesh, source.values, counts);
+  result.mesh.byte_properties.push_back(std::move(source));
   counts.split_vertices = split_touching_vertices(result.mesh, options.threads);
   return result;
 }

@@ -59,7 +59,7 @@ TEST(StitchProgram, WritesTilesOfTheSameNamesThatMeet) {
     EXPECT_EQ(mesh.crs_text, "EPSG:2056+5728");
     EXPECT_EQ(mesh.normals.size(), mesh.positions.size());
     ASSERT_EQ(mesh.float_properties.size(), 1u);
-    EXPECT_EQ(mesh.byte_properties.at(0).name, "bridged");
+    EXPECT_EQ(mesh.byte_properties.at(0).name, "source");
   }
   const ProcessResult after = run_stitch(stitched, {"--check"});
   EXPECT_EQ(after.exit_code, 0) << after.err;

@@ -126,7 +126,7 @@ TEST(Stitch, GivesSharedVerticesOneNormalAndOneValue) {
   struct Values {
     Vec3f normal;
     float support;
-    std::uint8_t bridged;
+    std::uint8_t source;
     bool operator==(const Values&) const = default;
   };
   std::map<std::tuple<double, double, double>, Values> known;
@@ -145,6 +145,8 @@ TEST(Stitch, GivesSharedVerticesOneNormalAndOneValue) {
   EXPECT_EQ(shared, 4u * 16u + 3u);
   // Between tile 1 and tile 2 of the lower row, whose supports are 1 and 2.
   EXPECT_EQ(run.after[0].float_properties[0].values[16], 1.5f);
+  // The sources are 0 and 2: a code has no mean.
+  EXPECT_EQ(run.after[0].byte_properties[0].values[16], 2);
 }
 
 TEST(Stitch, JoinsShiftedBorders) {

@@ -31,7 +31,7 @@ Mesh cut_tile(const CutPlan& plan, int column, int row) {
   const auto tile = static_cast<std::uint64_t>(row * plan.columns + column);
   const std::uint64_t stream = 1000 * plan.seed + tile;
   mesh.float_properties.push_back({"support", {}});
-  mesh.byte_properties.push_back({"bridged", {}});
+  mesh.byte_properties.push_back({"source", {}});
   for (int j = 0; j <= cells; ++j) {
     for (int i = 0; i <= cells; ++i) {
       const double u = (column + static_cast<double>(i) / cells) * plan.tile_m;
@@ -51,7 +51,7 @@ Mesh cut_tile(const CutPlan& plan, int column, int row) {
                            plan.surface(u, v + kStep) - plan.surface(u, v - kStep)))
               .cast<float>());
       mesh.float_properties[0].values.push_back(static_cast<float>(tile) + 1.0f);
-      mesh.byte_properties[0].values.push_back(static_cast<std::uint8_t>(tile % 2));
+      mesh.byte_properties[0].values.push_back(static_cast<std::uint8_t>(2 * (tile % 2)));
     }
   }
   const auto at = [&](int i, int j) { return static_cast<std::uint32_t>(j * (cells + 1) + i); };

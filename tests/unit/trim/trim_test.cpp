@@ -42,8 +42,8 @@ bool covers(const Mesh& mesh, float x, float y) {
   });
 }
 
-const std::vector<std::uint8_t>& bridged(const Mesh& mesh) {
-  return *find_byte_property(mesh, "bridged");
+const std::vector<std::uint8_t>& source(const Mesh& mesh) {
+  return *find_byte_property(mesh, "source");
 }
 
 TEST(Trim, KeepsMeasuredSurfaceAsItIs) {
@@ -51,7 +51,7 @@ TEST(Trim, KeepsMeasuredSurfaceAsItIs) {
   const Result result = trim(mesh, {});
   EXPECT_EQ(result.mesh.positions, mesh.positions);
   EXPECT_EQ(result.mesh.triangles, mesh.triangles);
-  EXPECT_EQ(std::count(bridged(result.mesh).begin(), bridged(result.mesh).end(), 1), 0);
+  EXPECT_EQ(std::count(source(result.mesh).begin(), source(result.mesh).end(), 1), 0);
 }
 
 TEST(Trim, BridgesARiverNarrowerThanTheBridgeAndMarksIt) {
@@ -61,7 +61,7 @@ TEST(Trim, BridgesARiverNarrowerThanTheBridgeAndMarksIt) {
   const Result result = trim(mesh, options);
   EXPECT_EQ(result.mesh.triangles.size(), mesh.triangles.size());
   for (std::size_t v = 0; v < result.mesh.positions.size(); ++v) {
-    EXPECT_EQ(bridged(result.mesh)[v] != 0, std::abs(result.mesh.positions[v].x - 20) <= 4);
+    EXPECT_EQ(source(result.mesh)[v] != 0, std::abs(result.mesh.positions[v].x - 20) <= 4);
   }
   EXPECT_NEAR(result.counts.bridged_area_m2, 40 * 9, 45);
   // Support survives, so that bridged ground can be told from measured ground.
