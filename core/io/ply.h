@@ -40,6 +40,11 @@ PlyInfo read_ply_info(const std::filesystem::path& path);
 Mesh read_ply_mesh(const std::filesystem::path& path);
 OrientedPoints read_ply_points(const std::filesystem::path& path);
 
+/// The lines of a header up to those of the vertices' properties, for those who write piece by
+/// piece. The origin must be finite.
+std::string ply_header_start(const Vec3d& origin, const std::string& crs_text,
+                             std::uint64_t vertices);
+
 /// Both write atomically. Throw RunError where the disk is full.
 void write_ply(const std::filesystem::path& path, const Mesh& mesh);
 void write_ply(const std::filesystem::path& path, const OrientedPoints& points);

@@ -173,7 +173,10 @@ class VertexWriter {
   std::set<std::string> names_;
 };
 
-std::string header_start(const Vec3d& origin, const std::string& crs_text, std::size_t vertices) {
+}  // namespace
+
+std::string ply_header_start(const Vec3d& origin, const std::string& crs_text,
+                             std::uint64_t vertices) {
   if (!std::isfinite(origin.x) || !std::isfinite(origin.y) || !std::isfinite(origin.z)) {
     throw std::invalid_argument("the origin of a PLY file must be finite");
   }
@@ -187,6 +190,8 @@ std::string header_start(const Vec3d& origin, const std::string& crs_text, std::
   if (!crs.empty()) text += "comment cornice crs " + crs + "\n";
   return text + "element vertex " + std::to_string(vertices) + "\n";
 }
+
+namespace {
 
 void write_triangles(OutputFile& file, const std::vector<std::array<std::uint32_t, 3>>& triangles) {
   std::vector<std::uint8_t> block(std::min(kBlockRecords, triangles.size()) * kTriangleBytes);
@@ -230,7 +235,7 @@ void write_ply(const fs::path& path, const Mesh& mesh) {
   for (const auto& property : mesh.byte_properties) {
     vertices.add_values("uchar", property.name, property.values);
   }
-  const std::string header = header_start(mesh.origin, mesh.crs_text, mesh.positions.size()) +
+  const std::string header = ply_header_start(mesh.origin, mesh.crs_text, mesh.positions.size()) +
                              vertices.header() + "element face " +
                              std::to_string(mesh.triangles.size()) +
                              "\nproperty list uchar int vertex_indices\nend_header\n";
@@ -258,8 +263,9 @@ void write_ply(const fs::path& path, const OrientedPoints& points) {
     vertices.add_values("uchar", property.name, property.values);
   }
   if (!points.line_id.empty()) vertices.add_values("ushort", "line_id", points.line_id);
-  const std::string header = header_start(points.origin, points.crs_text, points.positions.size()) +
-                             vertices.header() + "end_header\n";
+  const std::string header =
+      ply_header_start(points.origin, points.crs_text, points.positions.size()) +
+      vertices.header() + "end_header\n";
   AtomicFile target(path);
   OutputFile file(target.path(), path);
   file.write(header.data(), header.size());

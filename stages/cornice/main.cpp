@@ -28,7 +28,7 @@ struct StageLine {
 };
 
 // In the order in which data passes through them.
-constexpr std::array<StageLine, 10> kStages{{
+constexpr std::array<StageLine, 11> kStages{{
     {"run", "takes a survey through every stage, by a configuration"},
     {"simulate", "flies a scanner over an analytic scene: LAZ tiles and their truth"},
     {"info", "says what is in a LAS, LAZ, COPC, PLY or GeoTIFF file"},
@@ -39,6 +39,7 @@ constexpr std::array<StageLine, 10> kStages{{
     {"trim", "takes surface without measurements off a mesh"},
     {"remesh", "makes few, well-shaped triangles that stay close to a mesh"},
     {"stitch", "makes the mesh tiles of a survey share their border vertices"},
+    {"dem", "makes meshes of DEM tiles, or a raster of meshes"},
 }};
 
 bool is_stage(const std::string& name) {
