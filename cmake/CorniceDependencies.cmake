@@ -47,6 +47,10 @@ cornice_find_library(LASzip::LASzip liblaszip-dev laszip/laszip_api.h laszip)
 cornice_find_library(OpenImageIO::OpenImageIO libopenimageio-dev OpenImageIO/imageio.h OpenImageIO
                      OpenImageIO_Util)
 cornice_find_library(xxhash::xxhash libxxhash-dev xxhash.h xxhash)
+cornice_find_library(zstd::zstd libzstd-dev zstd.h zstd)
+# OpenGL and EGL are found when the viewer runs, through epoxy.
+cornice_find_library(epoxy::epoxy libepoxy-dev epoxy/gl.h epoxy)
+cornice_find_library(nova::nova libnova-dev libnova/solar.h nova)
 # Ubuntu 22.04 still has GeographicLib 1, whose package and library go by a shorter name.
 find_library(CORNICE_GEOGRAPHIC_1 Geographic)
 if(CORNICE_GEOGRAPHIC_1)

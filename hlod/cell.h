@@ -68,7 +68,8 @@ struct CellMesh {
 struct Node {
   CellKey key;
   std::uint16_t part = 0;
-  LatticePoint lowest, highest;  ///< box of vertices and of their parents, steps of the key's level
+  LatticePoint lowest, highest;  ///< box of vertices and of their parents, steps of the key's
+                                 ///< level; both ends belong to it
   float error_m = 0;  ///< bound of the two-sided distance to the finest level's surface, metres;
                       ///< never below a child's
   float step_error_m = 0;  ///< the part of it that this level's simplification added

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a decoder can guess of a vertex before it reads it. Encoder and decoder must come to the
+// same guess on every machine: whole numbers that wrap around, and doubles in operations that
+// IEEE 754 rounds exactly (the build forbids fused ones).
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "hlod/cell.h"
+#include "hlod/codec_walk.h"
+
+namespace cornice::hlod {
+
+inline std::uint32_t wrapped(std::int32_t value) { return static_cast<std::uint32_t>(value); }
+
+/// Positions as three numbers, so that an axis can be chosen at run time.
+using Triple = std::array<std::int32_t, 3>;
+inline Triple triple(LatticePoint p) { return {p.x, p.y, p.z}; }
+
+/// A vertex beyond edge a-b of triangle (a, b, o). Two coordinates are taken from the parallelogram
+/// a + b - o; the third, along which the triangle's plane is least steep, from that plane once the
+/// two are known: on a slope the parallelogram's error in plan does not spoil the height.
+class PositionGuess {
+ public:
+  PositionGuess(const Triple& a, const Triple& b, const Triple& o) : o_(o) {
+    std::array<double, 3> u{}, v{};
+    for (std::size_t c = 0; c < 3; ++c) {
+      u[c] = static_cast<double>(a[c]) - o[c];
+      v[c] = static_cast<double>(b[c]) - o[c];
+      flat_[c] = static_cast<std::int32_t>(wrapped(a[c]) + wrapped(b[c]) - wrapped(o[c]));
+    }
+    normal_ = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
+    const double x = std::abs(normal_[0]), y = std::abs(normal_[1]), z = std::abs(normal_[2]);
+    axis_ = z >= x && z >= y ? 2 : y >= x ? 1 : 0;
+  }
+
+  /// The coordinate to be guessed last, 0..2.
+  std::size_t axis() const { return axis_; }
+  /// Of one of the other two.
+  std::int32_t flat(std::size_t coordinate) const { return flat_[coordinate]; }
+  /// Of coordinate axis(), the other two of `p` being right.
+  std::int32_t last(const Triple& p) const {
+    if (normal_[axis_] == 0.0) return flat_[axis_];
+    const std::size_t s = (axis_ + 1) % 3, t = (axis_ + 2) % 3;
+    const double ds = static_cast<double>(p[s]) - o_[s], dt = static_cast<double>(p[t]) - o_[t];
+    const double guess =
+        std::floor(o_[axis_] - (normal_[s] * ds + normal_[t] * dt) / normal_[axis_] + 0.5);
+    if (!(std::abs(guess) < 0x1p30)) return flat_[axis_];
+    return static_cast<std::int32_t>(guess);
+  }
+
+ private:
+  Triple o_, flat_;
+  std::array<double, 3> normal_;
+  std::size_t axis_;
+};
+
+/// Per vertex the sum of its triangles' normals, each as long as twice the triangle's area; sums
+/// wrap around where positions are wild.
+inline std::vector<Vec3d> summed_normals(std::span<const CellVertex> vertices,
+                                         std::span<const SmallTriangle> triangles) {
+  using Wide = Vec3<std::uint64_t>;
+  std::vector<Wide> sums(vertices.size());
+  const auto difference = [&](std::uint16_t a, std::uint16_t b) {
+    const LatticePoint p = vertices[a].position, q = vertices[b].position;
+    const auto wide = [](std::int32_t x) { return static_cast<std::uint64_t>(std::int64_t{x}); };
+    return Wide{wide(p.x) - wide(q.x), wide(p.y) - wide(q.y), wide(p.z) - wide(q.z)};
+  };
+  for (const SmallTriangle& t : triangles) {
+    const Wide normal = cross(difference(t[1], t[0]), difference(t[2], t[0]));
+    for (const std::uint16_t v : t) sums[v] += normal;
+  }
+  std::vector<Vec3d> normals(sums.size());
+  for (std::size_t v = 0; v < sums.size(); ++v) {
+    normals[v] = sums[v].cast<std::int64_t>().cast<double>();
+  }
+  return normals;
+}
+
+}  // namespace cornice::hlod

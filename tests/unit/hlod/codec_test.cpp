@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/error.h"
+#include "core/base/random.h"
+#include "hlod/codec_bytes.h"
+#include "hlod/file.h"
+#include "hlod/octahedral.h"
+#include "tests/support/hlod_cells.h"
+#include "tests/support/meshes.h"
+
+namespace cornice::hlod {
+namespace {
+
+using test::bumpy_ground;
+using test::same_mesh;
+using test::sample_cell;
+using test::sample_header;
+
+constexpr CellKey kFine{3, 0, 0, 0};
+
+CellMesh there_and_back(const CellMesh& mesh, const Header& header) {
+  return decode_cell(encode_cell(mesh, header), make_node(mesh, 0, 0), header);
+}
+
+TEST(Octahedral, IsOffByLessThanWhatItPromises) {
+  for (const auto& [bits, degrees] : {std::pair{8, 0.95}, std::pair{10, 0.24}}) {
+    double worst = 0.0;
+    for (std::uint64_t i = 0; i < 200'000; ++i) {
+      CounterRandom random(1, 0, i);
+      const Vec3f n =
+          normalized(Vec3d{random.normal(), random.normal(), random.normal()}).cast<float>();
+      const Vec3f back = decode_octahedral(encode_octahedral(n, bits), bits);
+      worst = std::max(worst, std::atan2(norm(cross(n.cast<double>(), back.cast<double>())),
+                                         dot(n.cast<double>(), back.cast<double>())));
+    }
+    EXPECT_LT(worst * 57.29578, degrees) << bits;
+  }
+}
+
+TEST(Octahedral, KeepsTheAxes) {
+  for (const Vec3f n : {Vec3f{1, 0, 0}, Vec3f{0, -1, 0}, Vec3f{0, 0, 1}, Vec3f{0, 0, -1}}) {
+    EXPECT_EQ(decode_octahedral(encode_octahedral(n, 8), 8), n);
+  }
+}
+
+TEST(Octahedral, GivesAUnitVectorForEveryPair) {
+  for (int x = -128; x < 128; ++x) {
+    for (int y = -128; y < 128; ++y) {
+      const Vec3f n =
+          decode_octahedral({static_cast<std::int16_t>(x), static_cast<std::int16_t>(y)}, 8);
+      ASSERT_NEAR(norm(n), 1.0f, 1e-5f) << x << " " << y;
+    }
+  }
+}
+
+TEST(CellCodec, GivesBackGroundWithAllAttributes) {
+  Header header = sample_header();
+  for (const int bits : {8, 10}) {
+    header.normal_bits = bits;
+    const CellMesh mesh = sample_cell(bumpy_ground(60, 50, 7), header, kFine, 7);
+    EXPECT_TRUE(same_mesh(there_and_back(mesh, header), mesh)) << bits;
+  }
+}
+
+TEST(CellCodec, EncodesWhatItDecodedToTheSameMeshAgain) {
+  const Header header = sample_header();
+  const CellMesh once =
+      there_and_back(sample_cell(bumpy_ground(30, 30, 3), header, kFine, 3), header);
+  EXPECT_TRUE(same_mesh(there_and_back(once, header), once));
+}
+
+TEST(CellCodec, KeepsNoParentsAtTheRoot) {
+  const Header header = sample_header();
+  const CellMesh mesh = sample_cell(bumpy_ground(20, 20, 5), header, {0, 0, 0, 0}, 5);
+  const CellMesh back = there_and_back(mesh, header);
+  EXPECT_TRUE(same_mesh(back, mesh));
+  EXPECT_TRUE(back.parents.empty() && back.parent_of.empty());
+}
+
+TEST(CellCodec, GivesBackClosedSurfacesAndOverhangs) {
+  const Header header = sample_header();
+  for (Mesh mesh : {test::sphere_mesh(20.0, 4), test::overhang_mesh(40.0, 20.0, 4.0, 0.5)}) {
+    mesh.normals.assign(mesh.positions.size(), Vec3f{0, 0, 1});
+    const CellMesh cell = sample_cell(mesh, header, kFine, 11);
+    EXPECT_TRUE(same_mesh(there_and_back(cell, header), cell));
+  }
+}
+
+TEST(CellCodec, GivesBackTrianglesThatHangTogetherBadly) {
+  const Header header = sample_header();
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    CounterRandom random(seed, 3, 0);
+    const int count = 3 + static_cast<int>(random.uniform(0.0, 40.0));
+    Mesh mesh;
+    for (int v = 0; v < count; ++v) {
+      mesh.positions.push_back(
+          Vec3d{random.uniform(0, 60), random.uniform(0, 60), random.uniform(0, 60)}.cast<float>());
+      mesh.normals.push_back({0, 0, random.uniform() < 0.5 ? 1.0f : -1.0f});
+    }
+    const auto corner = [&] { return static_cast<std::uint32_t>(random.uniform(0.0, count)); };
+    for (int t = 0; t < 3 * count; ++t) mesh.triangles.push_back({corner(), corner(), corner()});
+    const CellMesh cell = sample_cell(mesh, header, kFine, seed);
+    ASSERT_TRUE(same_mesh(there_and_back(cell, header), cell)) << seed;
+  }
+}
+
+TEST(CellCodec, GivesBackAnEmptyCellAndLoneVertices) {
+  const Header header = sample_header();
+  CellMesh empty;
+  empty.key = kFine;
+  EXPECT_TRUE(same_mesh(there_and_back(empty, header), empty));
+  Mesh lone;
+  lone.positions = {{1, 2, 3}, {4, 5, 6}};
+  lone.normals = {{0, 0, 1}, {1, 0, 0}};
+  const CellMesh cell = sample_cell(lone, header, kFine, 1);
+  EXPECT_TRUE(same_mesh(there_and_back(cell, header), cell));
+}
+
+TEST(CellCodec, GivesBackPositionsAtTheEdgeOfTheLattice) {
+  Header header = sample_header();
+  header.attributes = 0;
+  CellMesh cell;
+  cell.key = kFine;
+  const std::int32_t far = (1 << 29);
+  for (const LatticePoint p : {LatticePoint{-far, far, 0}, LatticePoint{far, -far, far},
+                               LatticePoint{far, far, -far}, LatticePoint{-far, -far, far}}) {
+    CellVertex vertex;
+    vertex.position = p;
+    cell.vertices.push_back(vertex);
+    vertex.position = coarsened(p);
+    cell.parent_of.push_back(static_cast<std::uint16_t>(cell.parents.size()));
+    cell.parents.push_back(vertex);
+  }
+  cell.triangles = {{0, 1, 2}, {2, 1, 3}, {0, 2, 3}, {0, 3, 1}};
+  EXPECT_TRUE(same_mesh(there_and_back(cell, header), cell));
+}
+
+TEST(CellCodec, GivesBackAsManyVerticesAsSixteenBitsIndex) {
+  Header header = sample_header();
+  header.attributes = 0;
+  const CellMesh cell = sample_cell(bumpy_ground(257, 255, 2), header, kFine, 2);
+  ASSERT_EQ(cell.vertices.size(), 65535u);
+  EXPECT_TRUE(same_mesh(there_and_back(cell, header), cell));
+}
+
+TEST(CellCodec, RefusesCountsThatAreNotTheBlocks) {
+  const Header header = sample_header();
+  const CellMesh mesh = sample_cell(bumpy_ground(20, 20, 5), header, kFine, 5);
+  const auto block = encode_cell(mesh, header);
+  const Node good = make_node(mesh, 0, 0);
+  for (std::uint32_t Node::*count : {&Node::triangles, &Node::vertices, &Node::parents}) {
+    for (const int change : {-1, 1, 100'000'000}) {
+      Node bad = good;
+      bad.*count += static_cast<std::uint32_t>(change);
+      EXPECT_THROW(decode_cell(block, bad, header), InputError);
+    }
+  }
+}
+
+TEST(CellCodec, RefusesPositionsOutsideOfTheNodesBox) {
+  const Header header = sample_header();
+  const CellMesh mesh = sample_cell(bumpy_ground(20, 20, 5), header, kFine, 5);
+  Node node = make_node(mesh, 0, 0);
+  --node.highest.z;
+  EXPECT_THROW(decode_cell(encode_cell(mesh, header), node, header), InputError);
+}
+
+// Without the checksum, as a fuzzer calls it: whatever comes out is whole, or is refused.
+TEST(CellCodec, SurvivesCutAndFlippedBytes) {
+  const Header header = sample_header();
+  const CellMesh mesh = sample_cell(bumpy_ground(12, 12, 9), header, kFine, 9);
+  const Node node = make_node(mesh, 0, 0);
+  const std::vector<std::byte> block = encode_cell(mesh, header);
+  int refused = 0;
+  const auto try_to_decode = [&](std::span<const std::byte> bytes) {
+    try {
+      const CellMesh back = decode_cell(bytes, node, header);
+      for (const auto& t : back.triangles) {
+        for (const std::uint16_t v : t) ASSERT_LT(v, back.vertices.size());
+      }
+      for (const std::uint16_t p : back.parent_of) ASSERT_LT(p, back.parents.size());
+    } catch (const InputError&) {
+      ++refused;
+    }
+  };
+  for (std::size_t size = 0; size < block.size(); ++size) {
+    try_to_decode(std::span(block).first(size));
+  }
+  EXPECT_EQ(refused, static_cast<int>(block.size()));
+  for (std::size_t i = 0; i < block.size(); ++i) {
+    std::vector<std::byte> flipped = block;
+    flipped[i] ^= static_cast<std::byte>(1 + CounterRandom(4, 0, i).bits() % 255);
+    try_to_decode(flipped);
+  }
+  EXPECT_GT(refused, static_cast<int>(block.size()));
+}
+
+TEST(BlockNumbers, GoThereAndBackAndEndWithTheBlock) {
+  BlockWriter writer;
+  const std::vector<std::int32_t> values{0, 1, -1, 127, -128, 1 << 30, -(1 << 30), 2147483647};
+  for (const std::int32_t value : values) writer.signed_number(value);
+  const std::vector<std::byte> block = writer.take();
+  BlockReader reader(block);
+  for (const std::int32_t value : values) EXPECT_EQ(reader.signed_number(), value);
+  EXPECT_TRUE(reader.ok() && reader.at_end());
+  reader.number();
+  EXPECT_FALSE(reader.ok());
+}
+
+}  // namespace
+}  // namespace cornice::hlod

@@ -1,0 +1,3 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+cornice_test(hlod_file unit/hlod/codec_test.cpp LIBS cornice_hlod cornice_test_hlod_cells
+             cornice_test_support)
