@@ -1,0 +1,107 @@
+// Shading of the ground: light, natural colours by slope and height, ramps, contour lines, haze.
+layout(location = 0) in vec3 from_eye;       // metres
+layout(location = 1) in vec3 normal;
+layout(location = 2) in vec4 attributes;     // support in metres, source, lambda, height in metres
+layout(location = 3) in vec3 own_colour;
+layout(location = 4) flat in vec3 level_colour;
+
+layout(binding = 0) uniform sampler1D ramp;
+
+layout(location = 0) out vec4 result;
+
+const int kNatural = 0, kPlain = 1, kSlope = 2, kAspect = 3, kAltitude = 4, kSupport = 5,
+          kSource = 6, kColour = 7, kLevel = 8, kMorph = 9, kNormal = 10;
+
+float hash(ivec2 cell) {
+  uint h = uint(cell.x) * 0x9E3779B1u ^ uint(cell.y) * 0x85EBCA77u;
+  h ^= h >> 15; h *= 0x2C1B3C6Du; h ^= h >> 12;
+  return float(h & 0xFFFFu) / 65535.0;
+}
+
+// Value noise, so that the borders of snow and grass are no contour lines.
+float noise(vec2 at) {
+  ivec2 cell = ivec2(floor(at));
+  vec2 t = at - vec2(cell);
+  t = t * t * (3.0 - 2.0 * t);
+  return mix(mix(hash(cell), hash(cell + ivec2(1, 0)), t.x),
+             mix(hash(cell + ivec2(0, 1)), hash(cell + ivec2(1, 1)), t.x), t.y);
+}
+
+vec3 natural(vec3 n, float height) {
+  vec2 place = from_eye.xy + frame.swipe.zw;
+  float grain = 0.6 * noise(place / 37.0) + 0.3 * noise(place / 9.0) + 0.1 * noise(place / 2.3);
+  float steep = 1.0 - n.z;
+  vec3 rock = mix(vec3(0.43, 0.40, 0.37), vec3(0.55, 0.52, 0.48), grain);
+  vec3 scree = mix(vec3(0.56, 0.53, 0.48), vec3(0.64, 0.61, 0.56), grain);
+  vec3 grass = mix(vec3(0.30, 0.38, 0.19), vec3(0.42, 0.47, 0.25), grain);
+  vec3 snow = mix(vec3(0.90, 0.92, 0.95), vec3(0.97, 0.98, 1.0), grain);
+  float tree_line = frame.contours.z + 120.0 * (grain - 0.5);
+  vec3 ground = mix(grass, scree, smoothstep(tree_line - 80.0, tree_line + 80.0, height));
+  ground = mix(ground, rock, smoothstep(0.22, 0.36, steep + 0.10 * (grain - 0.5)));
+  float snow_line = frame.contours.y + 200.0 * (grain - 0.5);
+  float lies = smoothstep(snow_line - 60.0, snow_line + 60.0, height) *
+               (1.0 - smoothstep(0.24, 0.40, steep));
+  return mix(ground, snow, lies);
+}
+
+vec3 along_ramp(float value) {
+  float t = (value - frame.eye_height.y) / (frame.eye_height.z - frame.eye_height.y);
+  return texture(ramp, clamp(t, 0.0, 1.0)).rgb;
+}
+
+vec3 surface_colour(vec3 n, float height) {
+  switch (frame.shading.x) {
+    case kNatural: return natural(n, height);
+    case kSlope: return along_ramp(degrees(acos(clamp(n.z, -1.0, 1.0))));
+    case kAspect: return mix(vec3(0.8), along_ramp(mod(degrees(atan(n.x, n.y)) + 360.0, 360.0)),
+                             smoothstep(0.01, 0.05, length(n.xy)));
+    case kAltitude: return along_ramp(height);
+    case kSupport: return along_ramp(attributes.x);
+    case kSource: return along_ramp(floor(attributes.y + 0.5) + 0.5);
+    case kColour: return own_colour;
+    case kLevel: return level_colour;
+    case kMorph: return along_ramp(attributes.z);
+    case kNormal: return 0.5 + 0.5 * n;
+    default: return vec3(0.78, 0.77, 0.74);
+  }
+}
+
+void main() {
+  if (frame.shading.y == 1 && (gl_FragCoord.x - frame.swipe.x) * frame.swipe.y < 0.0) discard;
+  vec3 n = normalize(normal);
+  // Seen from within the ground there is nothing to be seen but that it is the ground.
+  bool from_below = !gl_FrontFacing;
+  float height = attributes.w;
+  vec3 colour = from_below ? vec3(0.25, 0.22, 0.20) : surface_colour(n, height);
+  if (frame.shading.x == kNormal) {
+    result = vec4(colour, frame.eye_height.w);
+    return;
+  }
+
+  float diffuse = max(dot(n, frame.sun.xyz), 0.0) * frame.sun.w;
+  vec3 ambient = mix(frame.ground_colour.rgb, frame.sky_colour.rgb, 0.5 + 0.5 * n.z) *
+                 frame.sky_colour.w;
+  vec3 lit = colour * (ambient + vec3(1.0, 0.96, 0.88) * diffuse);
+
+  if (frame.contours.x > 0.0) {
+    float line = height / frame.contours.x;
+    float width = fwidth(line);
+    float off = abs(fract(line + 0.5) - 0.5);
+    float thick = mod(floor(line + 0.5), 5.0) < 0.5 ? 1.3 : 0.7;
+    float ink = (1.0 - smoothstep(thick - 0.5, thick + 0.5, off / max(width, 1e-6))) *
+                (1.0 - smoothstep(0.25, 0.5, width));
+    lit = mix(lit, vec3(0.30, 0.18, 0.08), 0.75 * ink);
+  }
+
+  float density = frame.ground_colour.w;
+  if (density > 0.0) {
+    float distance = length(from_eye);
+    float scale = frame.haze_colour.w;
+    // Density falls with height as exp(-h / scale): the mean along the ray, relative to the eye.
+    float drop = scale > 0.0 ? from_eye.z / scale : 0.0;
+    float mean = abs(drop) > 1e-3 ? (1.0 - exp(-drop)) / drop : 1.0 - 0.5 * drop;
+    float through = exp(-distance * density * clamp(mean, 0.0, 8.0));
+    lit = mix(frame.haze_colour.rgb, lit, through);
+  }
+  result = vec4(pow(clamp(lit, 0.0, 1.0), vec3(1.0 / 2.2)), frame.eye_height.w);
+}
