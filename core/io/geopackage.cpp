@@ -50,7 +50,10 @@ OGRGeometryH geometry_of(GeometryKind kind, const std::vector<GeometryPoint>& po
     OGR_G_AddGeometryDirectly(geometry, ring);
     return geometry;
   }
-  OGR_G_SetPointCount(geometry, static_cast<int>(points.size()));
+  // A point has one place; GDAL complains of asking.
+  if (kind == GeometryKind::kLineStringZM) {
+    OGR_G_SetPointCount(geometry, static_cast<int>(points.size()));
+  }
   for (std::size_t i = 0; i < points.size(); ++i) {
     const auto& [p, m] = points[i];
     const int at = static_cast<int>(i);
