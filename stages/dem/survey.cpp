@@ -51,8 +51,19 @@ std::string named(const std::vector<std::string>& names, const std::string& what
 
 Survey::Survey(const std::vector<fs::path>& paths, const SurveyOptions& options)
     : is_resampled_(options.resample_m.has_value()), no_data_(options.no_data) {
-  for (const fs::path& path : paths) tiles_.push_back({path, RasterFile(path).head(), {}});
+  std::vector<RasterFile> opened;
+  for (const fs::path& path : paths) {
+    RasterFile file(path);
+    tiles_.push_back({path, file.head(), {}});
+    if (opened.size() < kOpenFiles) opened.push_back(std::move(file));
+  }
   std::sort(tiles_.begin(), tiles_.end(), comes_before);
+  for (RasterFile& file : opened) {
+    const auto tile = std::find_if(tiles_.begin(), tiles_.end(),
+                                   [&](const Tile& t) { return t.path == file.path(); });
+    if (no_data_) file.set_no_data(*no_data_);
+    open_.emplace_back(static_cast<std::size_t>(tile - tiles_.begin()), std::move(file));
+  }
   check_crs(options);
   lay_out(options);
   find_overlaps();
