@@ -27,9 +27,9 @@ struct Gate {
 /// A chain may name edges that are done; the links of every gate are numbers of gates.
 class Front {
  public:
-  explicit Front(std::size_t triangle_count) {
-    gates_.reserve(3 * triangle_count);
-    stack_.reserve(64);
+  Front(std::size_t triangle_count, std::size_t vertex_count) : latest_(vertex_count, kNone) {
+    gates_.reserve(2 * triangle_count + 64);
+    stack_.reserve(256);
   }
   const Gate& operator[](std::uint32_t gate) const { return gates_[gate]; }
   std::uint32_t size() const { return static_cast<std::uint32_t>(gates_.size()); }
@@ -47,22 +47,31 @@ class Front {
   /// A triangle of its own; its gates are size() - 3 for a-b, then b-c, c-a.
   void start(const SmallTriangle& t) {
     const std::uint32_t g = size();
-    gates_.push_back({t[0], t[1], t[2], true, g + 2, g + 1});
-    gates_.push_back({t[1], t[2], t[0], true, g, g + 2});
-    gates_.push_back({t[2], t[0], t[1], true, g + 1, g});
-    stack_.insert(stack_.end(), {g, g + 1, g + 2});
+    add({t[0], t[1], t[2], true, g + 2, g + 1});
+    add({t[1], t[2], t[0], true, g, g + 2});
+    add({t[2], t[0], t[1], true, g + 1, g});
   }
   void close(std::uint32_t gate) { gates_[gate].is_open = false; }
-  /// kNew and kFar: new gates size() - 2 (x-n) and size() - 1 (n-y).
+  /// kNew: new gates size() - 2 (x-n) and size() - 1 (n-y).
   void widen(std::uint32_t gate, std::uint16_t n) {
     const Gate old = gates_[gate];
     const std::uint32_t g = size();
-    gates_.push_back({old.from, n, old.to, true, old.previous, g + 1});
-    gates_.push_back({n, old.to, old.from, true, g, old.next});
+    add({old.from, n, old.to, true, old.previous, g + 1});
+    add({n, old.to, old.from, true, g, old.next});
     gates_[old.previous].next = g;
     gates_[old.next].previous = g + 1;
     close(gate);
-    stack_.insert(stack_.end(), {g, g + 1});
+  }
+  /// kFar: the same, but the front touches itself at n, so that the chain is parted there (or two
+  /// are joined): p-n, n-q of the chain become p-n, n-y and x-n, n-q.
+  void touch(std::uint32_t gate, std::uint16_t n) {
+    const std::uint32_t beyond = latest_[n];
+    widen(gate, n);
+    if (beyond == kNone) return;
+    const std::uint32_t to_n = size() - 2, from_n = size() - 1;
+    const std::uint32_t before = gates_[beyond].previous;
+    gates_[to_n].next = beyond, gates_[beyond].previous = to_n;
+    gates_[before].next = from_n, gates_[from_n].previous = before;
   }
   /// kNext: new gate size() - 1 (x-n) in place of two.
   void close_next(std::uint32_t gate) {
@@ -90,13 +99,18 @@ class Front {
   void replace(std::uint32_t before, std::uint32_t after, Gate gate) {
     const std::uint32_t g = size();
     gate.previous = before, gate.next = after;
-    gates_.push_back(gate);
+    add(gate);
     gates_[before].next = g;
     gates_[after].previous = g;
-    stack_.push_back(g);
+  }
+  void add(const Gate& gate) {
+    latest_[gate.from] = size();
+    stack_.push_back(size());
+    gates_.push_back(gate);
   }
 
   std::vector<Gate> gates_;
+  std::vector<std::uint32_t> latest_;  ///< the last gate that began at each vertex
   std::vector<std::uint32_t> stack_;
 };
 
@@ -148,7 +162,7 @@ class Walker {
   Walker(std::span<const SmallTriangle> triangles, std::size_t vertex_count)
       : triangles_(triangles),
         twins_(match_twins(triangles, vertex_count)),
-        front_(triangles.size()),
+        front_(triangles.size(), vertex_count),
         number_(vertex_count, kNone),
         is_done_(triangles.size(), 0) {
     result_.walked.triangles.reserve(triangles.size());
@@ -245,7 +259,8 @@ class Walker {
       } else {
         name_far(old);
       }
-      front_.widen(gate, static_cast<std::uint16_t>(number_[old]));
+      const auto n = static_cast<std::uint16_t>(number_[old]);
+      is_new ? front_.widen(gate, n) : front_.touch(gate, n);
       half_edges_.insert(half_edges_.end(), {to_n, from_n});
     }
     add_triangle(across / 3, {g.to, g.from, static_cast<std::uint16_t>(number_[old])});
@@ -267,7 +282,7 @@ class Follower {
       : walk_(walk),
         triangle_count_(triangle_count),
         vertex_count_(vertex_count),
-        front_(triangle_count),
+        front_(triangle_count, vertex_count),
         walked_(walked) {
     walked_.triangles.clear(), walked_.references.clear();
     walked_.triangles.reserve(triangle_count);
@@ -333,7 +348,7 @@ class Follower {
         break;
       case Step::kFar:
         if (!read_far(n)) return false;
-        front_.widen(gate, n);
+        front_.touch(gate, n);
         break;
       default:
         return false;
