@@ -4,13 +4,16 @@
 #include <array>
 
 #include "core/base/error.h"
+#include "terrain-viewer/render/shaders.h"
 
 namespace cornice::viewer {
 namespace {
 
 GLuint compile(GLenum kind, const std::string& name, const char* source) {
   const GLuint shader = glCreateShader(kind);
-  glShaderSource(shader, 1, &source, nullptr);
+  const std::array<const char*, 4> parts{"#version 450 core\n", shaders::kFrame, "\n#line 1\n",
+                                         source};
+  glShaderSource(shader, static_cast<GLsizei>(parts.size()), parts.data(), nullptr);
   glCompileShader(shader);
   GLint done = GL_FALSE;
   glGetShaderiv(shader, GL_COMPILE_STATUS, &done);

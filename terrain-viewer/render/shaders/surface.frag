@@ -41,7 +41,7 @@ vec3 natural(vec3 n, float height) {
   float snow_line = frame.contours.y + 200.0 * (grain - 0.5);
   float lies = smoothstep(snow_line - 60.0, snow_line + 60.0, height) *
                (1.0 - smoothstep(0.24, 0.40, steep));
-  return mix(ground, snow, lies);
+  return pow(mix(ground, snow, lies), vec3(2.2));
 }
 
 vec3 along_ramp(float value) {

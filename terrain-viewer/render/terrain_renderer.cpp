@@ -1,0 +1,318 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "terrain-viewer/render/terrain_renderer.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "hlod/octahedral.h"
+#include "terrain-viewer/render/shaders.h"
+
+namespace cornice::viewer {
+namespace {
+
+/// As in shaders/frame.glsl.
+struct FrameBlock {
+  Matrix4 view_projection{};
+  std::array<float, 4> sun{}, sky{}, ground{}, haze{}, eye_height{}, contours{};
+  std::array<std::int32_t, 4> shading{};
+  std::array<float, 4> swipe{};
+};
+
+/// As Draw in shaders/surface.vert.
+struct DrawRecord {
+  std::array<std::int32_t, 4> origin{}, parent_origin{};
+  std::array<float, 4> offset{}, parent_offset{}, morph{}, colour{};
+};
+
+/// As glMultiDrawElementsIndirect reads it.
+struct DrawCommand {
+  std::uint32_t count = 0, instances = 1, first_index = 0;
+  std::int32_t base_vertex = 0;
+  std::uint32_t base_instance = 0;
+};
+
+constexpr double kNearM = 0.1;
+constexpr std::size_t kRampTexels = 256;
+/// Floats hold places within so many metres to some millimetres.
+constexpr double kNoisePeriodM = 65536.0;
+
+/// The eye on the lattice of a level: whole steps, and the rest in metres.
+struct EyeOnLattice {
+  std::array<std::int32_t, 3> steps{};
+  std::array<float, 3> rest_m{};
+  float step_m = 0.0f;
+};
+
+EyeOnLattice eye_on(const hlod::Lattice& lattice, int level, Vec3d eye) {
+  EyeOnLattice on;
+  const double step = lattice.step(level);
+  const Vec3d from_origin = eye - lattice.origin;
+  const std::array<double, 3> metres{from_origin.x, from_origin.y, from_origin.z};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double whole = std::clamp(std::floor(metres[i] / step), -1e9, 1e9);
+    on.steps[i] = static_cast<std::int32_t>(whole);
+    on.rest_m[i] = static_cast<float>(metres[i] - whole * step);
+  }
+  on.step_m = static_cast<float>(step);
+  return on;
+}
+
+std::array<float, 4> offset_of(const EyeOnLattice& eye) {
+  return {-eye.rest_m[0], -eye.rest_m[1], -eye.rest_m[2], eye.step_m};
+}
+
+std::array<std::int32_t, 4> origin_of(hlod::LatticePoint p, const EyeOnLattice& eye,
+                                      std::uint32_t first) {
+  return {p.x - eye.steps[0], p.y - eye.steps[1], p.z - eye.steps[2],
+          static_cast<std::int32_t>(first)};
+}
+
+DrawRecord record_of(const DrawList& list, const DrawList::Item& item,
+                     const std::vector<EyeOnLattice>& eyes, double eye_height) {
+  const hlod::Node& node = (*list.nodes)[item.row];
+  const int level = node.key.level;
+  const EyeOnLattice& own = eyes[static_cast<std::size_t>(level)];
+  const EyeOnLattice& above = eyes[static_cast<std::size_t>(std::max(0, level - 1))];
+  const std::uint32_t first_parent = item.cell.first_vertex + item.cell.vertex_count;
+  DrawRecord record;
+  record.origin = origin_of(node.lowest, own, item.cell.first_vertex);
+  record.parent_origin =
+      origin_of(level > 0 ? parent_origin(node.lowest) : node.lowest, above, first_parent);
+  record.offset = offset_of(own);
+  record.parent_offset = offset_of(above);
+  const MorphBand band = list.bands[static_cast<std::size_t>(level)];
+  const bool morphs = level > 0 && band.end_m > band.start_m;
+  const bool is_octree = list.header->partition == hlod::Partition::kOctree;
+  record.morph = {morphs ? band.end_m : 1.0f, morphs ? 1.0f / (band.end_m - band.start_m) : 0.0f,
+                  is_octree ? -1.0f : static_cast<float>(list.slab_distance_m),
+                  1.0f / static_cast<float>(hlod::octahedral_limit(list.header->normal_bits))};
+  if (!morphs) record.morph[0] = std::numeric_limits<float>::infinity();
+  const Colour colour = level_colour(level);
+  record.colour = {float(colour[0]) / 255.0f, float(colour[1]) / 255.0f, float(colour[2]) / 255.0f,
+                   static_cast<float>(eye_height)};
+  return record;
+}
+
+/// A buffer that grows to what is written into it.
+class GrowingBuffer {
+ public:
+  void write(const void* data, std::size_t bytes) {
+    if (bytes > capacity_) {
+      capacity_ = std::max(bytes, 2 * capacity_);
+      buffer_ = make_buffer(capacity_);
+    }
+    if (bytes > 0) glNamedBufferSubData(buffer_.id(), 0, static_cast<GLsizeiptr>(bytes), data);
+  }
+  GLuint id() const { return buffer_.id(); }
+
+ private:
+  GlBuffer buffer_;
+  std::size_t capacity_ = 0;
+};
+
+GlTexture make_ramp_texture() {
+  GLuint id = 0;
+  glCreateTextures(GL_TEXTURE_1D, 1, &id);
+  glTextureStorage1D(id, 1, GL_SRGB8, kRampTexels);
+  glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  glTextureParameteri(id, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  return GlTexture(id);
+}
+
+std::array<float, 4> floats(Vec3d v, double w) {
+  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z),
+          static_cast<float>(w)};
+}
+
+FrameBlock frame_block(const Camera& camera, int width, int height, const Style& style,
+                       const Swipe& swipe) {
+  FrameBlock block;
+  block.view_projection = view_projection(camera, double(width) / height, kNearM);
+  const Vec3d sun = normalized(style.sun);
+  // The lower the sun, the less of its light comes through.
+  const double height_factor = std::clamp(sun.z * 4.0 + 0.15, 0.0, 1.0);
+  block.sun = floats(sun, style.sun_strength * height_factor);
+  block.sky = floats({0.45, 0.62, 0.92}, style.ambient);
+  const double thinning = style.haze_height_m > 0.0
+                              ? std::exp(-std::max(0.0, camera.eye.z) / style.haze_height_m)
+                              : 1.0;
+  block.ground = floats({0.42, 0.38, 0.32},
+                        style.haze_range_m > 0.0 ? thinning * 2.0 / style.haze_range_m : 0.0);
+  block.haze = floats({0.66, 0.76, 0.88}, style.haze_height_m);
+  const auto ramp = ramp_of(style);
+  block.eye_height = {static_cast<float>(camera.eye.z), ramp ? static_cast<float>(ramp->low()) : 0,
+                      ramp ? static_cast<float>(ramp->high()) : 1,
+                      static_cast<float>(style.opacity)};
+  block.contours = {static_cast<float>(style.contour_interval_m),
+                    static_cast<float>(style.snow_line_m), static_cast<float>(style.tree_line_m),
+                    0};
+  block.shading = {static_cast<int>(style.shading), swipe.side != 0 ? 1 : 0, 0, 0};
+  block.swipe = {static_cast<float>(swipe.column), static_cast<float>(swipe.side),
+                 static_cast<float>(std::fmod(camera.eye.x, kNoisePeriodM)),
+                 static_cast<float>(std::fmod(camera.eye.y, kNoisePeriodM))};
+  return block;
+}
+
+}  // namespace
+
+struct TerrainRenderer::State {
+  GlProgram surface = make_program("surface", shaders::kSurfaceVertex, shaders::kSurfaceFragment);
+  GlProgram sky = make_program("sky", shaders::kSkyVertex, shaders::kSkyFragment);
+  GlProgram edges = make_program("edges", shaders::kSurfaceVertex, shaders::kEdgesFragment);
+  GlProgram counting = make_program("count", shaders::kSurfaceVertex, shaders::kCountFragment);
+  GlVertexArray array = make_vertex_array();
+  GlBuffer frame = make_buffer(sizeof(FrameBlock));
+  GlTexture ramp = make_ramp_texture();
+  GrowingBuffer records, commands, draw_indices;
+  std::size_t draw_index_count = 0;
+  Camera camera;
+  int width = 0, height = 0;
+
+  void set_frame(const Style& style, const Swipe& swipe) {
+    const FrameBlock block = frame_block(camera, width, height, style, swipe);
+    glNamedBufferSubData(frame.id(), 0, sizeof block, &block);
+    glBindBufferBase(GL_UNIFORM_BUFFER, 0, frame.id());
+    if (const auto colours = ramp_of(style)) {
+      const auto table = colours->table(kRampTexels);
+      glTextureSubImage1D(ramp.id(), 0, 0, kRampTexels, GL_RGB, GL_UNSIGNED_BYTE, table.data());
+    }
+    glBindTextureUnit(0, ramp.id());
+  }
+
+  /// Sends the list to the GPU and binds it; returns what a draw call would draw.
+  DrawCounts prepare(const DrawList& list, const GpuCells& cells) {
+    std::vector<EyeOnLattice> eyes;
+    for (int level = 0; level <= list.header->lattice.finest_level; ++level)
+      eyes.push_back(eye_on(list.header->lattice, level, camera.eye));
+    std::vector<DrawRecord> draws;
+    std::vector<DrawCommand> orders;
+    DrawCounts counts;
+    for (const DrawList::Item& item : list.items) {
+      orders.push_back({item.cell.index_count, 1, item.cell.first_index,
+                        static_cast<std::int32_t>(item.cell.first_vertex),
+                        static_cast<std::uint32_t>(draws.size())});
+      draws.push_back(record_of(list, item, eyes, camera.eye.z));
+      counts.triangles += item.cell.index_count / 3;
+    }
+    counts.cells = static_cast<std::uint32_t>(draws.size());
+    records.write(draws.data(), draws.size() * sizeof(DrawRecord));
+    commands.write(orders.data(), orders.size() * sizeof(DrawCommand));
+    bind(draws.size(), cells);
+    return counts;
+  }
+
+  void bind(std::size_t draws, const GpuCells& cells) {
+    // gl_BaseInstance is not in OpenGL 4.5: an attribute that steps once per instance tells a
+    // vertex which draw it belongs to.
+    if (draws > draw_index_count) {
+      std::vector<std::uint32_t> indices(2 * draws);
+      std::iota(indices.begin(), indices.end(), 0u);
+      draw_indices.write(indices.data(), indices.size() * 4);
+      draw_index_count = indices.size();
+    }
+    glBindVertexArray(array.id());
+    glVertexArrayElementBuffer(array.id(), cells.indices());
+    glVertexArrayVertexBuffer(array.id(), 0, draw_indices.id(), 0, 4);
+    glVertexArrayAttribIFormat(array.id(), 0, 1, GL_UNSIGNED_INT, 0);
+    glVertexArrayAttribBinding(array.id(), 0, 0);
+    glVertexArrayBindingDivisor(array.id(), 0, 1);
+    glEnableVertexArrayAttrib(array.id(), 0);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, cells.vertices());
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, records.id());
+    glBindBuffer(GL_DRAW_INDIRECT_BUFFER, commands.id());
+  }
+
+  void call(const DrawCounts& counts) const {
+    if (counts.cells == 0) return;
+    glMultiDrawElementsIndirect(GL_TRIANGLES, GL_UNSIGNED_SHORT, nullptr,
+                                static_cast<GLsizei>(counts.cells), 0);
+  }
+
+  void draw_sky() const {
+    const CameraAxes axes = axes_of(camera);
+    const double up = std::tan(0.5 * camera.field_of_view_deg * 3.14159265358979323846 / 180.0);
+    const double right = up * width / height;
+    const std::array<Vec3d, 3> columns{right * axes.right, up * axes.up, axes.forward};
+    std::array<float, 9> rays{};
+    for (std::size_t c = 0; c < 3; ++c) {
+      rays[3 * c] = static_cast<float>(columns[c].x);
+      rays[3 * c + 1] = static_cast<float>(columns[c].y);
+      rays[3 * c + 2] = static_cast<float>(columns[c].z);
+    }
+    glUseProgram(sky.id());
+    glUniformMatrix3fv(glGetUniformLocation(sky.id(), "rays"), 1, GL_FALSE, rays.data());
+    glBindVertexArray(array.id());
+    glDisable(GL_DEPTH_TEST);
+    glDepthMask(GL_FALSE);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    glDepthMask(GL_TRUE);
+    glEnable(GL_DEPTH_TEST);
+  }
+};
+
+TerrainRenderer::TerrainRenderer() : state_(std::make_unique<State>()) {}
+TerrainRenderer::~TerrainRenderer() = default;
+
+void TerrainRenderer::begin(GLuint framebuffer, int width, int height, const Camera& camera,
+                            const Style& style, const Colour* clear_colour) {
+  state_->camera = camera;
+  state_->width = width;
+  state_->height = height;
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+  glViewport(0, 0, width, height);
+  glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+  glEnable(GL_DEPTH_TEST);
+  glDepthFunc(GL_GREATER);
+  glDisable(GL_CULL_FACE);
+  const Colour colour = clear_colour != nullptr ? *clear_colour : Colour{0, 0, 0};
+  glClearColor(float(colour[0]) / 255.0f, float(colour[1]) / 255.0f, float(colour[2]) / 255.0f, 1);
+  glClearDepth(0.0);
+  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  state_->set_frame(style, {});
+  if (clear_colour == nullptr) state_->draw_sky();
+}
+
+DrawCounts TerrainRenderer::draw(const DrawList& list, const GpuCells& cells, const Style& style,
+                                 const Swipe& swipe) {
+  state_->set_frame(style, swipe);
+  DrawCounts counts = state_->prepare(list, cells);
+  if (style.opacity < 1.0) {
+    glEnable(GL_BLEND);
+    glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+  }
+  glUseProgram(state_->surface.id());
+  state_->call(counts);
+  counts.calls = 1;
+  if (style.has_edges) {
+    glEnable(GL_BLEND);
+    glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+    glPolygonMode(GL_FRONT_AND_BACK, GL_LINE);
+    glEnable(GL_POLYGON_OFFSET_LINE);
+    glPolygonOffset(1.0f, 1.0f);  // towards the eye: depth is reversed
+    glUseProgram(state_->edges.id());
+    state_->call(counts);
+    glDisable(GL_POLYGON_OFFSET_LINE);
+    glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
+    counts.calls = 2;
+  }
+  glDisable(GL_BLEND);
+  return counts;
+}
+
+DrawCounts TerrainRenderer::count(const DrawList& list, const GpuCells& cells) {
+  state_->set_frame({}, {});
+  DrawCounts counts = state_->prepare(list, cells);
+  glEnable(GL_BLEND);
+  glBlendFunc(GL_ONE, GL_ONE);
+  glUseProgram(state_->counting.id());
+  state_->call(counts);
+  glDisable(GL_BLEND);
+  counts.calls = 1;
+  return counts;
+}
+
+}  // namespace cornice::viewer

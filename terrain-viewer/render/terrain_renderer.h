@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Draws cells that lie on the GPU: decoded, morphed and shaded by the shaders.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "hlod/file.h"
+#include "terrain-viewer/render/gpu_cells.h"
+#include "terrain-viewer/scene/camera.h"
+#include "terrain-viewer/scene/style.h"
+
+namespace cornice::viewer {
+
+/// Distances between which a level's vertices become their parents, metres.
+struct MorphBand {
+  float start_m = 0.0f;  ///< up to here the vertex itself
+  float end_m = 0.0f;    ///< from here on its parent; not above start_m: always itself
+};
+
+/// Cells of one hierarchy, the nearest first.
+struct DrawList {
+  const hlod::Header* header = nullptr;
+  const std::vector<hlod::Node>* nodes = nullptr;
+  std::vector<MorphBand> bands;  ///< one per level
+  double slab_distance_m = 0.0;  ///< quadtrees: height of the eye above or below all ground
+  struct Item {
+    std::uint32_t row = 0;
+    GpuCell cell;
+  };
+  std::vector<Item> items;
+};
+
+/// A part of the picture left or right of a pixel column.
+struct Swipe {
+  double column = 0.0;
+  int side = 0;  ///< 0: the whole picture; -1: left of the column; 1: right of it
+};
+
+struct DrawCounts {
+  std::uint64_t triangles = 0;
+  std::uint32_t cells = 0;
+  std::uint32_t calls = 0;
+};
+
+class TerrainRenderer {
+ public:
+  TerrainRenderer();
+  ~TerrainRenderer();
+  TerrainRenderer(const TerrainRenderer&) = delete;
+  TerrainRenderer& operator=(const TerrainRenderer&) = delete;
+
+  /// Clears the target and draws the sky, or `clear_colour` where there is one.
+  void begin(GLuint framebuffer, int width, int height, const Camera& camera, const Style& style,
+             const Colour* clear_colour = nullptr);
+  /// Draws one hierarchy over what is there. begin comes first.
+  DrawCounts draw(const DrawList& list, const GpuCells& cells, const Style& style,
+                  const Swipe& swipe = {});
+  /// Instead of colours adds 1 to every pixel for each time that it is drawn.
+  DrawCounts count(const DrawList& list, const GpuCells& cells);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace cornice::viewer

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How the ground is painted and lit.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+
+#include "core/base/vec.h"
+#include "terrain-viewer/scene/ramp.h"
+
+namespace cornice::viewer {
+
+/// The numbers are those of shaders/surface.frag.
+enum class Shading : int {
+  kNatural = 0,  ///< snow, rock, scree, grass by slope and height
+  kPlain,
+  kSlope,
+  kAspect,
+  kAltitude,
+  kSupport,
+  kSource,
+  kColour,
+  kLevel,
+  kMorph,
+  kNormal,
+};
+
+/// Names as on the command line, in the order of the numbers.
+inline constexpr std::array<const char*, 11> kShadingNames{
+    "natural", "plain",  "slope", "aspect", "altitude", "support",
+    "source",  "colour", "level", "morph",  "normal"};
+std::optional<Shading> shading_named(const std::string& name);
+
+struct Style {
+  Shading shading = Shading::kNatural;
+  Vec3d sun{-0.5, 0.5, 0.7071};  ///< direction towards it, grid frame, any length
+  double sun_strength = 0.85;
+  double ambient = 0.45;
+  double haze_range_m = 40000.0;    ///< where haze hides 63 %; 0: clear air
+  double haze_height_m = 2000.0;    ///< over which it thins to 1/e
+  double contour_interval_m = 0.0;  ///< 0: none
+  double snow_line_m = 2700.0, tree_line_m = 2000.0;
+  double low_m = 0.0, high_m = 4000.0;  ///< of the altitude ramp
+  double support_high_m = 2.0;
+  bool has_edges = false;
+  double opacity = 1.0;
+};
+
+/// The ramp that a shading uses; nothing where it has none.
+std::optional<Ramp> ramp_of(const Style& style);
+
+}  // namespace cornice::viewer
