@@ -113,6 +113,8 @@ void Simplifier::prepare() {
   parents_.resize(count);
   for (std::uint32_t v = 0; v < count; ++v) parents_[v] = v;
   add_plane_quadrics();
+  areas_.resize(count);
+  for (std::size_t v = 0; v < count; ++v) areas_[v] = quadrics_[v].area;
   classify();
 }
 
@@ -319,6 +321,11 @@ bool Simplifier::allowed(std::uint32_t u, std::uint32_t target, const Ring& ring
     if (shared == 2) return false;
     opposite[shared++] = ring.next[i] == target ? ring.prev[i] : ring.next[i];
   }
+  // Nobody may be left without a triangle: the last of a part of the surface stay.
+  for (std::size_t k = 0; k < shared; ++k) {
+    if (fans_.of(opposite[k]).size() < 2) return false;
+  }
+  if (fans_.of(target).size() == shared && fans_.of(u).size() == shared) return false;
   marks_[target] = 0;
   const auto may_meet = [&](std::uint32_t v) {
     return marks_[v] != epoch_ || v == opposite[0] || v == opposite[1];
@@ -392,7 +399,6 @@ bool Simplifier::collapse(std::uint32_t u) {
   parents_[u] = target;
   costs_[u] = kNever;
   targets_[u] = kNone;
-  kinds_[u] = Kind::kFixed;
   return true;
 }
 

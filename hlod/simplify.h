@@ -68,8 +68,12 @@ class Simplifier {
 
   /// Of each vertex the one that it has become, itself where it stays.
   const std::vector<std::uint32_t>& parents() const { return parents_; }
+  /// Of each vertex the area of its triangles before any collapsed.
+  const std::vector<float>& areas() const { return areas_; }
   const VertexFans& fans() const { return fans_; }
   std::size_t triangle_count() const { return live_; }
+  /// Whether a vertex was on a border of the surface before it went.
+  bool is_border(std::uint32_t vertex) const { return kinds_[vertex] == Kind::kBorder; }
 
  private:
   /// Symmetric 3 x 3 matrix A, vector b and number c of the squared distances to planes, weighted
@@ -105,7 +109,7 @@ class Simplifier {
   std::vector<Quadric> quadrics_;
   std::vector<Kind> kinds_;
   std::vector<std::uint8_t> dirty_;
-  std::vector<float> costs_, reached_;
+  std::vector<float> areas_, costs_, reached_;
   std::vector<std::uint32_t> targets_, touched_, marks_, parents_;
 };
 

@@ -2,10 +2,11 @@
 #include "stages/hlod/command.h"
 
 #include "core/base/error.h"
+#include "stages/hlod/command_build.h"
 
 namespace cornice::hlod {
 
-std::vector<Action> actions() { return {}; }
+std::vector<Action> actions() { return {{"build", &run_build}}; }
 
 Option action_option(std::string& word, const std::string& name) {
   return Option("ACTION", word, name).positional().required().words({name});

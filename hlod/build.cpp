@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "hlod/build.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <mutex>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "hlod/partition.h"
+
+namespace cornice::hlod {
+namespace {
+
+constexpr std::size_t kTriangleGrain = std::size_t{1} << 17;
+constexpr int kMaxLevel = 16;
+
+struct MeshArea {
+  double plan = 0, whole = 0;
+};
+
+std::uint32_t attributes_of(const Mesh& mesh) {
+  std::uint32_t attributes = 0;
+  for (const FloatProperty& p : mesh.float_properties) {
+    if (p.name == "support") attributes |= kHasSupport;
+    if (p.name == "u" || p.name == "s" || p.name == "texture_u") attributes |= kHasTexture;
+  }
+  for (const ByteProperty& p : mesh.byte_properties) {
+    if (p.name == "source" || p.name == "class") attributes |= kHasSource;
+    if (p.name == "red") attributes |= kHasColour;
+  }
+  return attributes;
+}
+
+double chosen_side(const InputSummary& input, const BuildOptions& options) {
+  if (options.cell_side_m) return *options.cell_side_m;
+  const double area =
+      options.partition == Partition::kQuadtree ? input.plan_area_m2 : input.area_m2;
+  const double mean = std::max(area, 1e-12) / static_cast<double>(input.triangles);
+  const double side = std::sqrt(mean * options.triangles_per_cell);
+  return std::exp2(std::round(std::log2(side)));
+}
+
+/// The builders of the threads that are at work: one each, kept for its memory.
+class Builders {
+ public:
+  Builders(const Header& header, const BlockOptions& options)
+      : header_(header), options_(options) {}
+
+  std::unique_ptr<BlockBuilder> take() {
+    const std::lock_guard lock(mutex_);
+    if (idle_.empty()) return std::make_unique<BlockBuilder>(header_, options_);
+    auto builder = std::move(idle_.back());
+    idle_.pop_back();
+    return builder;
+  }
+  void give_back(std::unique_ptr<BlockBuilder> builder) {
+    const std::lock_guard lock(mutex_);
+    idle_.push_back(std::move(builder));
+  }
+
+ private:
+  Header header_;
+  BlockOptions options_;
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<BlockBuilder>> idle_;
+};
+
+/// The cells of each block, blocks in the order of their keys.
+std::vector<std::vector<const BuildCell*>> blocks_of(const std::vector<BuildCell>& cells, int side,
+                                                     Partition partition) {
+  std::vector<std::pair<CellKey, const BuildCell*>> sorted;
+  for (const BuildCell& cell : cells) {
+    sorted.emplace_back(block_of_cell(cell.key, side, partition), &cell);
+  }
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<std::vector<const BuildCell*>> blocks;
+  for (std::size_t i = 0; i < sorted.size(); ++i) {
+    if (i == 0 || sorted[i].first != sorted[i - 1].first) blocks.emplace_back();
+    blocks.back().push_back(sorted[i].second);
+  }
+  return blocks;
+}
+
+LevelCounts count_level(const std::vector<BuildCell>& cells) {
+  LevelCounts counts;
+  counts.cells = cells.size();
+  for (const BuildCell& cell : cells) {
+    counts.triangles += cell.triangles.size();
+    counts.vertices += cell.vertices.size();
+    counts.error_max_m = std::max(counts.error_max_m, double{cell.error_m});
+  }
+  return counts;
+}
+
+}  // namespace
+
+void summarise(const Mesh& mesh, const std::string& name, int threads, InputSummary& summary) {
+  if (!mesh.crs_text.empty()) {
+    if (summary.crs_text.empty()) summary.crs_text = mesh.crs_text;
+    if (summary.crs_text != mesh.crs_text) {
+      throw InputError(name, "is in " + mesh.crs_text + ", others are in " + summary.crs_text +
+                                 "; bring all tiles to one reference system");
+    }
+  }
+  for (const Vec3f& p : mesh.positions) {
+    if (!(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z))) {
+      throw InputError(name, "vertex " + std::to_string(&p - mesh.positions.data()) +
+                                 " is not finite; repair the mesh");
+    }
+    summary.box.add(mesh.origin + p.cast<double>());
+  }
+  for (const auto& t : mesh.triangles) {
+    if (std::max({t[0], t[1], t[2]}) >= mesh.positions.size()) {
+      throw InputError(name, "triangle " + std::to_string(&t - mesh.triangles.data()) +
+                                 " names a vertex that is not there; repair the mesh");
+    }
+  }
+  summary.triangles += mesh.triangles.size();
+  const MeshArea area = parallel_reduce(
+      mesh.triangles.size(), kTriangleGrain, threads, MeshArea{},
+      [&](std::size_t begin, std::size_t end) {
+        MeshArea part;
+        for (std::size_t i = begin; i < end; ++i) {
+          const auto& t = mesh.triangles[i];
+          const Vec3f a = mesh.positions[t[0]];
+          const Vec3f n = cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a);
+          part.plan += 0.5 * std::abs(double{n.z});
+          part.whole += 0.5 * double{norm(n)};
+        }
+        return part;
+      },
+      [](MeshArea& sum, const MeshArea& part) {
+        sum.plan += part.plan;
+        sum.whole += part.whole;
+      });
+  summary.plan_area_m2 += area.plan;
+  summary.area_m2 += area.whole;
+  summary.attributes |= attributes_of(mesh);
+}
+
+Header plan_header(const InputSummary& input, const BuildOptions& options) {
+  if (input.triangles == 0 || input.box.empty()) {
+    throw InputError("", "the input has no triangles; nothing to build");
+  }
+  Header header;
+  header.partition = options.partition;
+  header.attributes = input.attributes;
+  header.edge_share = options.edge_share;
+  header.normal_bits = options.normal_bits;
+  header.crs_text = input.crs_text;
+  const double side = chosen_side(input, options);
+  const auto corner = [side](double low) { return std::floor(low / side) * side; };
+  Lattice& lattice = header.lattice;
+  lattice.origin = {corner(input.box.min.x), corner(input.box.min.y), corner(input.box.min.z)};
+  const Vec3d size = input.box.max - lattice.origin;
+  const double plan = std::max(size.x, size.y);
+  const double extent = options.partition == Partition::kQuadtree ? plan : std::max(plan, size.z);
+  // A vertex on the far side belongs to the next cell.
+  const double cells = std::floor(extent / side) + 1;
+  const int needed = static_cast<int>(std::ceil(std::log2(cells)));
+  lattice.finest_level = options.levels ? *options.levels - 1 : needed;
+  if (needed > kMaxLevel || lattice.finest_level > kMaxLevel || size.z / side > 65000) {
+    throw InputError("", "the input is " + std::to_string(cells) +
+                             " cells wide, more than 65536; choose a larger --cell-side");
+  }
+  lattice.root_side = side * static_cast<double>(1 << lattice.finest_level);
+  return header;
+}
+
+std::vector<LevelCounts> build_levels(std::vector<BuildCell> leaves, const Header& header,
+                                      const BlockOptions& options, int threads,
+                                      const PartSink& sink, Progress& progress) {
+  const int finest = header.lattice.finest_level;
+  std::vector<LevelCounts> counts(static_cast<std::size_t>(finest) + 1);
+  Builders builders(header, options);
+  std::vector<BuildCell> cells = std::move(leaves);
+  for (int level = finest; level > 0; --level) {
+    LevelCounts& own = counts[static_cast<std::size_t>(level)];
+    own = count_level(cells);
+    const auto blocks = blocks_of(cells, options.side, header.partition);
+    own.blocks = blocks.size();
+    std::vector<std::vector<BuildCell>> parents(blocks.size());
+    std::vector<std::uint64_t> locked(blocks.size());
+    progress.begin("level " + std::to_string(level), own.triangles);
+    parallel_for(blocks.size(), 1, threads, [&](std::size_t b, std::size_t) {
+      check_cancelled(progress);
+      std::unique_ptr<BlockBuilder> builder = builders.take();
+      BlockResult result = builder->run(blocks[b]);
+      builders.give_back(std::move(builder));
+      parents[b] = std::move(result.parents);
+      locked[b] = result.counts.locked_vertices;
+      for (FinishedPart& part : result.finished) sink(std::move(part));
+      progress.advance(result.counts.triangles_in);
+    });
+    progress.end();
+    for (const std::uint64_t n : locked) own.locked_vertices += n;
+    cells.clear();
+    for (auto& part : parents) {
+      std::move(part.begin(), part.end(), std::back_inserter(cells));
+    }
+    std::sort(cells.begin(), cells.end(),
+              [](const BuildCell& a, const BuildCell& b) { return a.key < b.key; });
+  }
+  counts[0] = count_level(cells);
+  PartMaker maker;
+  std::vector<FinishedPart> parts;
+  for (const BuildCell& cell : cells) maker.add_parts(cell, {}, {}, parts);
+  for (FinishedPart& part : parts) sink(std::move(part));
+  return counts;
+}
+
+}  // namespace cornice::hlod

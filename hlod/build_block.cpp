@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "hlod/build_block.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+
+#include "hlod/octahedral.h"
+#include "hlod/partition.h"
+
+namespace cornice::hlod {
+namespace {
+
+/// Rounding moves a point by up to half a step along each axis.
+constexpr float kRoundingSteps = 0.867f;
+
+/// Calls act(other) for each cell that the bits name, seen from `cell`.
+template <class Act>
+void for_each_sharer(std::uint32_t bits, const CellKey& cell, const Act& act) {
+  for (int place = 0; bits != 0; ++place, bits >>= 1) {
+    if ((bits & 1) == 0) continue;
+    act(CellKey{cell.level, cell.i + place % 3 - 1, cell.j + place / 3 % 3 - 1,
+                cell.k + place / 9 - 1});
+  }
+}
+
+/// The bits of `from`, without `to` itself, as `to` sees them.
+std::uint32_t seen_from(std::uint32_t bits, const CellKey& from, const CellKey& to) {
+  std::uint32_t seen = 0;
+  for_each_sharer(bits, from, [&](const CellKey& other) {
+    assert(std::abs(other.i - to.i) <= 1 && std::abs(other.j - to.j) <= 1 &&
+           std::abs(other.k - to.k) <= 1 && "cells that share a vertex touch");
+    if (other != to) seen |= sharer_bit(to, other);
+  });
+  return seen;
+}
+
+}  // namespace
+
+BlockResult BlockBuilder::run(const std::vector<const BuildCell*>& cells) {
+  cells_ = &cells;
+  BlockResult result;
+  assemble();
+  result.counts.triangles_in = original_.size();
+  for (const std::uint8_t locked : mesh_.locked) result.counts.locked_vertices += locked;
+  simplify();
+  unify();
+  average();
+  note_sharers();
+  make_parents(result);
+  for (const BuildCell& parent : result.parents) {
+    result.counts.triangles_out += parent.triangles.size();
+  }
+  finish_cells(result);
+  return result;
+}
+
+void BlockBuilder::reserve() {
+  std::size_t vertices = 0, triangles = 0, shared = 0;
+  to_begins_.assign(1, 0);
+  for (const BuildCell* cell : *cells_) {
+    vertices += cell->vertices.size();
+    triangles += cell->triangles.size();
+    to_begins_.push_back(vertices);
+    for (const std::uint32_t bits : cell->sharers) shared += bits != 0;
+  }
+  table_.reset(shared);
+  to_.resize(vertices);
+  original_.clear();
+  original_.reserve(triangles);
+  points_.clear();
+  points_.reserve(vertices);
+  data_.clear();
+  data_.reserve(vertices);
+  home_.clear();
+  home_.reserve(vertices);
+  sharers_.clear();
+  sharers_.reserve(vertices);
+  mesh_.locked.clear();
+  mesh_.locked.reserve(vertices);
+}
+
+void BlockBuilder::assemble() {
+  const std::vector<const BuildCell*>& cells = *cells_;
+  reserve();
+  parent_keys_.clear();
+  parent_cell_.clear();
+  for (const BuildCell* cell : cells) parent_keys_.push_back(cell->key.parent());
+  std::sort(parent_keys_.begin(), parent_keys_.end());
+  parent_keys_.erase(std::unique(parent_keys_.begin(), parent_keys_.end()), parent_keys_.end());
+  for (const BuildCell* cell : cells) {
+    const auto found =
+        std::lower_bound(parent_keys_.begin(), parent_keys_.end(), cell->key.parent());
+    parent_cell_.push_back(static_cast<std::uint32_t>(found - parent_keys_.begin()));
+  }
+  begins_.assign(1, 0);
+  for (std::size_t c = 0; c < cells.size(); ++c) add_cell(c);
+  mesh_.triangles = original_;
+  const std::size_t count = points_.size();
+  base_ = count == 0 ? LatticePoint{} : data_.front().position;
+  mesh_.positions.resize(count);
+  fine_.resize(count);
+  for (std::size_t v = 0; v < count; ++v) {
+    mesh_.positions[v] = (data_[v].position - base_).cast<float>();
+    // Half steps of fine rest, exact in floats as the whole ones are.
+    fine_[v] = 0.5f * (points_[v] - refined(base_)).cast<float>();
+  }
+  mesh_.further.clear();
+  if (options_.attribute_weight == 0) return;
+  const float scale = static_cast<float>(options_.attribute_weight) *
+                      static_cast<float>(1 << header_.lattice.cell_bits);
+  for (const CellVertex& v : data_) {
+    const bool textured = (header_.attributes & kHasTexture) != 0;
+    const auto byte = [&](std::size_t k) { return static_cast<float>(v.colour[k]) / 255.0f; };
+    const auto whole = [&](std::size_t k) { return static_cast<float>(v.texture[k]) / 65535.0f; };
+    mesh_.further.push_back(textured
+                                ? std::array{scale * whole(0), scale * whole(1), 0.0f}
+                                : std::array{scale * byte(0), scale * byte(1), scale * byte(2)});
+  }
+}
+
+void BlockBuilder::add_cell(std::size_t c) {
+  const BuildCell& cell = *(*cells_)[c];
+  std::uint32_t* const to = to_.data() + to_begins_[c];
+  for (std::uint32_t v = 0; v < cell.vertices.size(); ++v) {
+    to[v] = add_vertex(cell, v, parent_cell_[c]);
+  }
+  for (const Triangle& t : cell.triangles) original_.push_back({to[t[0]], to[t[1]], to[t[2]]});
+  begins_.push_back(original_.size());
+}
+
+/// A vertex that no other cell uses is new without looking; of the others, the table knows.
+std::uint32_t BlockBuilder::add_vertex(const BuildCell& cell, std::uint32_t vertex,
+                                       std::uint32_t home) {
+  const CellVertex& data = cell.vertices[vertex];
+  const auto next = static_cast<std::uint32_t>(points_.size());
+  std::uint32_t index = next;
+  if (cell.sharers[vertex] != 0) {
+    index = table_.find_or_add(data.position, next, [&](std::uint32_t i) {
+      return i == next ? data.position : points_[i];
+    });
+  }
+  if (index == next) {
+    points_.push_back(data.position);
+    data_.push_back(data);
+    data_.back().position = coarsened(data.position);
+    home_.push_back(home);
+    sharers_.push_back(0);
+    mesh_.locked.push_back(0);
+  }
+  if (cell.sharers[vertex] != 0) add_outside(cell, vertex, index);
+  return index;
+}
+
+void BlockBuilder::add_outside(const BuildCell& cell, std::uint32_t vertex, std::uint32_t index) {
+  const CellKey block = block_of_cell(cell.key, options_.side, header_.partition);
+  for_each_sharer(cell.sharers[vertex], cell.key, [&](const CellKey& other) {
+    if (block_of_cell(other, options_.side, header_.partition) == block) return;
+    mesh_.locked[index] = 1;
+    sharers_[index] |= sharer_bit(parent_keys_[home_[index]], other.parent());
+  });
+}
+
+void BlockBuilder::simplify() {
+  SimplifyOptions options;
+  options.target_triangles =
+      static_cast<std::size_t>(options_.keep_share * static_cast<double>(original_.size()));
+  // In steps of the coarser level, half of which rounding may have used up.
+  const double side = static_cast<double>(1 << header_.lattice.cell_bits) / 2;
+  options.reach = static_cast<float>(std::floor(header_.edge_share * side / 2 - 0.5));
+  options.in_plan = header_.partition == Partition::kQuadtree;
+  options.max_error = static_cast<float>(options_.max_error_share * side);
+  simplifier_.run(mesh_, options);
+  step_error_.prepare(mesh_, simplifier_, fine_, original_);
+}
+
+/// Makes one vertex of those that were rounded to one point; locked ones, which other blocks have
+/// too, are taken first.
+void BlockBuilder::unify() {
+  parents_ = simplifier_.parents();
+  table_.reset(simplifier_.triangle_count());
+  const auto position = [&](std::uint32_t v) { return data_[v].position; };
+  for (const std::uint8_t locked : {std::uint8_t{1}, std::uint8_t{0}}) {
+    for (std::uint32_t v = 0; v < parents_.size(); ++v) {
+      if (simplifier_.parents()[v] != v || mesh_.locked[v] != locked) continue;
+      const std::uint32_t same = table_.find_or_add(data_[v].position, v, position);
+      parents_[v] = same;
+      if (same != v) {
+        sharers_[same] |= seen_from(sharers_[v], parent_keys_[home_[v]], parent_keys_[home_[same]]);
+      }
+    }
+  }
+  for (std::uint32_t& parent : parents_) parent = parents_[parent];
+}
+
+/// Normals of what became one vertex are averaged by area, supports the largest, codes the
+/// highest; colours and texture stay those of the vertex that stays. Locked vertices keep all, for
+/// other blocks know nothing of what collapses here.
+void BlockBuilder::average() {
+  const std::vector<float>& areas = simplifier_.areas();
+  std::vector<Vec3f> sums(data_.size());
+  for (std::uint32_t v = 0; v < data_.size(); ++v) {
+    const std::uint32_t to = parents_[v];
+    if (mesh_.locked[to] != 0) continue;
+    sums[to] += areas[v] * decode_octahedral(data_[v].normal, header_.normal_bits);
+    data_[to].support = std::max(data_[to].support, data_[v].support);
+    data_[to].source = std::max(data_[to].source, data_[v].source);
+  }
+  for (std::uint32_t v = 0; v < data_.size(); ++v) {
+    if (parents_[v] == v && mesh_.locked[v] == 0) {
+      data_[v].normal = encode_octahedral(sums[v], header_.normal_bits);
+    }
+  }
+}
+
+void BlockBuilder::note_sharers() {
+  for (std::size_t c = 0; c + 1 < begins_.size(); ++c) {
+    const CellKey& cell = parent_keys_[parent_cell_[c]];
+    for (std::size_t i = begins_[c]; i < begins_[c + 1]; ++i) {
+      const Triangle& t = mesh_.triangles[i];
+      if (t[0] == kNone) continue;
+      for (const std::uint32_t corner : t) {
+        const std::uint32_t v = parents_[corner];
+        sharers_[v] |= sharer_bit(parent_keys_[home_[v]], cell);
+      }
+    }
+  }
+}
+
+void BlockBuilder::make_parents(BlockResult& result) {
+  for (std::uint32_t p = 0; p < parent_keys_.size(); ++p) result.parents.push_back(make_parent(p));
+}
+
+BuildCell BlockBuilder::make_parent(std::uint32_t parent) {
+  BuildCell cell;
+  cell.key = parent_keys_[parent];
+  const auto step = static_cast<float>(header_.lattice.step(cell.key.level));
+  std::vector<std::uint32_t> place(data_.size(), kNone);
+  for (std::size_t c = 0; c < parent_cell_.size(); ++c) {
+    if (parent_cell_[c] != parent) continue;
+    const float moved = step_error_.of(begins_[c], begins_[c + 1]) + kRoundingSteps;
+    cell.step_error_m = std::max(cell.step_error_m, moved * step);
+    cell.error_m = std::max(cell.error_m, (*cells_)[c]->error_m);
+    for (std::size_t i = begins_[c]; i < begins_[c + 1]; ++i) {
+      const Triangle& old = mesh_.triangles[i];
+      if (old[0] == kNone) continue;
+      Triangle t{parents_[old[0]], parents_[old[1]], parents_[old[2]]};
+      if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
+      for (std::uint32_t& v : t) {
+        if (place[v] == kNone) {
+          place[v] = static_cast<std::uint32_t>(cell.vertices.size());
+          cell.vertices.push_back(data_[v]);
+          cell.sharers.push_back(seen_from(sharers_[v], parent_keys_[home_[v]], cell.key));
+        }
+        v = place[v];
+      }
+      cell.triangles.push_back(t);
+    }
+  }
+  cell.error_m += cell.step_error_m;
+  return cell;
+}
+
+void BlockBuilder::finish_cells(BlockResult& result) {
+  for (std::uint32_t& v : to_) v = parents_[v];
+  for (std::size_t c = 0; c < cells_->size(); ++c) {
+    const std::span<const std::uint32_t> parents(to_.data() + to_begins_[c],
+                                                 to_begins_[c + 1] - to_begins_[c]);
+    part_maker_.add_parts(*(*cells_)[c], parents, data_, result.finished);
+  }
+}
+
+}  // namespace cornice::hlod

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// One step of the builder: the cells of a block in, simplified; their parents' cells out.
+// Li 2024, "Multi-scale simplification and visualization of large 3D models", 3.2.4 and 3.2.5.
+#pragma once
+
+#include <vector>
+
+#include "hlod/build_cell.h"
+#include "hlod/build_parts.h"
+#include "hlod/file.h"
+#include "hlod/position_table.h"
+#include "hlod/simplify.h"
+#include "hlod/simplify_error.h"
+
+namespace cornice::hlod {
+
+/// How blocks are simplified.
+struct BlockOptions {
+  int side = 4;                  ///< cells along a block's edge, a multiple of 4
+  double keep_share = 0.25;      ///< of the triangles
+  double max_error_share = 1.0;  ///< no collapse moves the surface by more than this part of a cell
+  double attribute_weight = 0;   ///< part of a cell's side that a change from black to white, or
+                                ///< across the whole texture, counts as; 0: attributes do not count
+};
+
+/// Counts of one block.
+struct BlockCounts {
+  std::uint64_t triangles_in = 0, triangles_out = 0, locked_vertices = 0;
+};
+
+struct BlockResult {
+  std::vector<FinishedPart> finished;  ///< the block's cells, in the order of their keys
+  std::vector<BuildCell> parents;      ///< the cells of the next coarser level that lie in it
+  BlockCounts counts;
+};
+
+/// Simplifies one block after the other; keeps its memory. Thread contract: one thread at a time.
+class BlockBuilder {
+ public:
+  BlockBuilder(const Header& header, const BlockOptions& options)
+      : header_(header), options_(options) {}
+
+  /// All cells of one block, in the order of their keys; level above 0.
+  BlockResult run(const std::vector<const BuildCell*>& cells);
+
+ private:
+  void assemble();
+  void reserve();
+  void add_cell(std::size_t c);
+  std::uint32_t add_vertex(const BuildCell& cell, std::uint32_t vertex, std::uint32_t home);
+  void add_outside(const BuildCell& cell, std::uint32_t vertex, std::uint32_t index);
+  void simplify();
+  void unify();
+  void average();
+  void note_sharers();
+  void make_parents(BlockResult& result);
+  BuildCell make_parent(std::uint32_t parent);
+  void finish_cells(BlockResult& result);
+
+  Header header_;
+  BlockOptions options_;
+  const std::vector<const BuildCell*>* cells_ = nullptr;
+  LatticePoint base_;  ///< coarse steps; mesh_.positions count from here
+  SimplifyMesh mesh_;
+  Simplifier simplifier_;
+  StepError step_error_;
+  PositionTable table_;
+  PartMaker part_maker_;
+  std::vector<Triangle> original_;
+  std::vector<std::size_t> begins_;         ///< per cell, in original_; one more at the end
+  std::vector<CellKey> parent_keys_;        ///< cells of the next level, in their order
+  std::vector<std::uint32_t> parent_cell_;  ///< per cell, in parent_keys_
+  std::vector<std::uint32_t> to_;           ///< per cell's vertex, cell by cell: the block's vertex
+  std::vector<std::size_t> to_begins_;      ///< per cell, in to_
+  // Per vertex of the block:
+  std::vector<LatticePoint> points_;    ///< steps of the cells' level
+  std::vector<Vec3f> fine_;             ///< the same in coarse steps from base_
+  std::vector<CellVertex> data_;        ///< with coarse positions
+  std::vector<std::uint32_t> home_;     ///< parent cell of the first user
+  std::vector<std::uint32_t> sharers_;  ///< users among the parents' cells, as seen from home_
+  std::vector<std::uint32_t> parents_;  ///< what it becomes, after those at one point are one
+};
+
+}  // namespace cornice::hlod

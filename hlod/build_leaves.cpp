@@ -1,0 +1,347 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "hlod/build_leaves.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <numeric>
+#include <string>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "hlod/octahedral.h"
+#include "hlod/partition.h"
+#include "hlod/position_table.h"
+
+namespace cornice::hlod {
+namespace {
+
+constexpr std::size_t kVertexGrain = std::size_t{1} << 16;
+
+std::int32_t nearest_whole(double value) {
+  const double moved = value + 0.5;
+  const auto whole = static_cast<std::int32_t>(moved);
+  return whole - (whole > moved);
+}
+
+const std::vector<float>* floats_of(const Mesh& mesh, const std::vector<std::string>& names) {
+  for (const FloatProperty& p : mesh.float_properties) {
+    if (std::find(names.begin(), names.end(), p.name) != names.end()) return &p.values;
+  }
+  return nullptr;
+}
+const std::vector<std::uint8_t>* bytes_of(const Mesh& mesh, const std::vector<std::string>& names) {
+  for (const ByteProperty& p : mesh.byte_properties) {
+    if (std::find(names.begin(), names.end(), p.name) != names.end()) return &p.values;
+  }
+  return nullptr;
+}
+
+std::uint16_t scaled(float value, float scale) {
+  const float moved = value * scale + 0.5f;
+  return static_cast<std::uint16_t>(moved > 0 ? std::min(moved, 65535.0f) : 0.0f);
+}
+
+void take_attributes(const Mesh& mesh, std::uint32_t attributes,
+                     std::vector<CellVertex>& vertices) {
+  const auto each = [&](const auto* values, const auto& put) {
+    if (values == nullptr) return;
+    for (std::size_t v = 0; v < vertices.size(); ++v) put(vertices[v], (*values)[v]);
+  };
+  if (attributes & kHasSupport) {
+    each(floats_of(mesh, {"support"}),
+         [](CellVertex& v, float value) { v.support = scaled(value, 100.0f); });
+  }
+  if (attributes & kHasSource) {
+    each(bytes_of(mesh, {"source", "class"}), [](CellVertex& v, std::uint8_t b) { v.source = b; });
+  }
+  if (attributes & kHasColour) {
+    const std::array<const char*, 3> names{"red", "green", "blue"};
+    for (std::size_t k = 0; k < 3; ++k) {
+      each(bytes_of(mesh, {names[k]}), [k](CellVertex& v, std::uint8_t b) { v.colour[k] = b; });
+    }
+  }
+  if (attributes & kHasTexture) {
+    each(floats_of(mesh, {"u", "s", "texture_u"}),
+         [](CellVertex& v, float value) { v.texture[0] = scaled(value, 65535.0f); });
+    each(floats_of(mesh, {"v", "t", "texture_v"}),
+         [](CellVertex& v, float value) { v.texture[1] = scaled(value, 65535.0f); });
+  }
+}
+
+/// The vertex in the middle of two, the same whichever comes first.
+CellVertex middle_of(const CellVertex& a, const CellVertex& b, int normal_bits) {
+  CellVertex m = a;
+  const auto half = [](std::int32_t p, std::int32_t q) {
+    return static_cast<std::int32_t>((std::int64_t{p} + q) >> 1);
+  };
+  m.position = {half(a.position.x, b.position.x), half(a.position.y, b.position.y),
+                half(a.position.z, b.position.z)};
+  m.normal = encode_octahedral(
+      decode_octahedral(a.normal, normal_bits) + decode_octahedral(b.normal, normal_bits),
+      normal_bits);
+  m.support = static_cast<std::uint16_t>((a.support + b.support + 1) / 2);
+  m.source = std::max(a.source, b.source);
+  for (std::size_t k = 0; k < 3; ++k) {
+    m.colour[k] = static_cast<std::uint8_t>((a.colour[k] + b.colour[k] + 1) / 2);
+  }
+  for (std::size_t k = 0; k < 2; ++k) {
+    m.texture[k] = static_cast<std::uint16_t>((a.texture[k] + b.texture[k] + 1) / 2);
+  }
+  return m;
+}
+
+std::int64_t edge_length(LatticePoint a, LatticePoint b, Partition partition) {
+  const auto apart = [](std::int32_t p, std::int32_t q) { return std::abs(std::int64_t{p} - q); };
+  const std::int64_t plan = std::max(apart(a.x, b.x), apart(a.y, b.y));
+  return partition == Partition::kQuadtree ? plan : std::max(plan, apart(a.z, b.z));
+}
+
+/// Numbers the vertices of one cell by first use and makes one of those at one position.
+class CellWelder {
+ public:
+  explicit CellWelder(std::size_t triangles) { table_.reset(triangles / 2 + 8); }
+
+  std::uint32_t add(const CellVertex& vertex) {
+    const auto next = static_cast<std::uint32_t>(vertices_.size());
+    const std::uint32_t index = table_.find_or_add(vertex.position, next, [&](std::uint32_t i) {
+      return i == next ? vertex.position : vertices_[i].position;
+    });
+    if (index == next) vertices_.push_back(vertex);
+    return index;
+  }
+  /// As add, for a vertex of an indexed mesh: most are met again soon.
+  std::uint32_t add(const std::vector<CellVertex>& from, std::uint32_t index) {
+    Recent& recent = recent_[index % recent_.size()];
+    if (recent.from != index) recent = {index, add(from[index])};
+    return recent.to;
+  }
+  std::vector<CellVertex> take() { return std::move(vertices_); }
+
+ private:
+  struct Recent {
+    std::uint32_t from = 0xffffffffu, to = 0;
+  };
+  PositionTable table_;
+  std::vector<CellVertex> vertices_;
+  std::vector<Recent> recent_ = std::vector<Recent>(4096);
+};
+
+void add_normals(BuildCell& cell) {
+  const std::size_t count = cell.vertices.size();
+  cell.normal_sums.assign(count, {});
+  for (const Triangle& t : cell.triangles) {
+    const LatticePoint a = cell.vertices[t[0]].position;
+    const Vec3f ab = (cell.vertices[t[1]].position - a).cast<float>();
+    const Vec3f ac = (cell.vertices[t[2]].position - a).cast<float>();
+    const Vec3f n = cross(ab, ac);
+    for (const std::uint32_t v : t) cell.normal_sums[v] += n;
+  }
+}
+
+/// Leaves out triangles that name the three vertices of an earlier one, whichever way round.
+std::uint64_t drop_duplicates(std::vector<Triangle>& triangles) {
+  std::vector<std::uint32_t> slots(std::bit_ceil(2 * triangles.size() + 16), 0xffffffffu);
+  const std::size_t mask = slots.size() - 1;
+  const auto sorted = [](Triangle t) {
+    if (t[0] > t[1]) std::swap(t[0], t[1]);
+    if (t[1] > t[2]) std::swap(t[1], t[2]);
+    if (t[0] > t[1]) std::swap(t[0], t[1]);
+    return t;
+  };
+  std::uint32_t kept = 0;
+  for (const Triangle& t : triangles) {
+    const Triangle s = sorted(t);
+    std::uint64_t h = (s[0] | std::uint64_t{s[1]} << 32) * 0x9e3779b97f4a7c15u;
+    h = (h ^ h >> 29 ^ s[2]) * 0xd6e8feb86659fd93u;
+    std::size_t place = (h >> 32) & mask;
+    while (slots[place] != 0xffffffffu && sorted(triangles[slots[place]]) != s) {
+      place = (place + 1) & mask;
+    }
+    if (slots[place] != 0xffffffffu) continue;
+    slots[place] = kept;
+    triangles[kept++] = t;
+  }
+  const std::uint64_t dropped = triangles.size() - kept;
+  triangles.resize(kept);
+  return dropped;
+}
+
+}  // namespace
+
+/// A mesh on the lattice, not yet sorted.
+struct LeafMaker::Soup {
+  std::vector<CellVertex> vertices;
+  std::vector<Triangle> triangles;
+  bool has_normals = false;
+};
+
+std::vector<BuildCell> LeafMaker::pieces(const Mesh& mesh) {
+  Soup soup;
+  take_vertices(mesh, soup);
+  take_triangles(mesh, soup);
+  return sort_into_cells(soup);
+}
+
+void LeafMaker::take_vertices(const Mesh& mesh, Soup& soup) const {
+  soup.has_normals = !mesh.normals.empty();
+  soup.vertices.resize(mesh.positions.size());
+  const Lattice& lattice = header_.lattice;
+  const double scale = 1.0 / lattice.step(lattice.finest_level);
+  const Vec3d shift = mesh.origin - lattice.origin;
+  parallel_for(
+      soup.vertices.size(), kVertexGrain, threads_, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t v = begin; v < end; ++v) {
+          const Vec3d p = (mesh.positions[v].cast<double>() + shift) * scale;
+          soup.vertices[v].position = {nearest_whole(p.x), nearest_whole(p.y), nearest_whole(p.z)};
+          if (soup.has_normals) {
+            soup.vertices[v].normal = encode_octahedral(mesh.normals[v], header_.normal_bits);
+          }
+        }
+      });
+  take_attributes(mesh, header_.attributes, soup.vertices);
+}
+
+void LeafMaker::take_triangles(const Mesh& mesh, Soup& soup) {
+  counts_.triangles += mesh.triangles.size();
+  soup.triangles.reserve(mesh.triangles.size());
+  const auto limit = static_cast<std::int64_t>(header_.edge_share *
+                                               static_cast<double>(1 << header_.lattice.cell_bits));
+  for (const Triangle& t : mesh.triangles) {
+    const LatticePoint a = soup.vertices[t[0]].position, b = soup.vertices[t[1]].position,
+                       c = soup.vertices[t[2]].position;
+    if (a == b || b == c || c == a) {
+      ++counts_.degenerate;
+    } else if (edge_length(a, b, header_.partition) > limit ||
+               edge_length(b, c, header_.partition) > limit ||
+               edge_length(c, a, header_.partition) > limit) {
+      split(t, soup);
+    } else {
+      soup.triangles.push_back(t);
+    }
+  }
+}
+
+/// Halves the longest edge until all are short. Whether and where an edge is halved depends on its
+/// two ends alone, so that whoever shares it halves it alike.
+void LeafMaker::split(const Triangle& triangle, Soup& soup) {
+  const auto limit = static_cast<std::int64_t>(header_.edge_share *
+                                               static_cast<double>(1 << header_.lattice.cell_bits));
+  std::vector<Triangle> open{triangle};
+  while (!open.empty()) {
+    const Triangle t = open.back();
+    open.pop_back();
+    std::int64_t longest = -1;
+    std::size_t at = 0;
+    for (std::size_t e = 0; e < 3; ++e) {
+      const std::int64_t length = edge_length(
+          soup.vertices[t[e]].position, soup.vertices[t[(e + 1) % 3]].position, header_.partition);
+      if (length > longest) longest = length, at = e;
+    }
+    if (longest <= limit) {
+      const LatticePoint a = soup.vertices[t[0]].position, b = soup.vertices[t[1]].position,
+                         c = soup.vertices[t[2]].position;
+      if (a == b || b == c || c == a) continue;
+      soup.triangles.push_back(t);
+      if (++counts_.split_pieces > max_pieces_) {
+        throw InputError("", "triangles much longer than a cell's side would make more than " +
+                                 std::to_string(max_pieces_) +
+                                 " pieces; choose a larger --cell-side");
+      }
+      continue;
+    }
+    const std::uint32_t a = t[at], b = t[(at + 1) % 3], c = t[(at + 2) % 3];
+    const auto m = static_cast<std::uint32_t>(soup.vertices.size());
+    soup.vertices.push_back(middle_of(soup.vertices[a], soup.vertices[b], header_.normal_bits));
+    open.push_back({m, b, c});
+    open.push_back({a, m, c});
+  }
+}
+
+std::vector<BuildCell> LeafMaker::sort_into_cells(Soup& soup) const {
+  const std::size_t count = soup.triangles.size();
+  const Lattice& lattice = header_.lattice;
+  std::vector<CellKey> keys(count);
+  parallel_for(count, kVertexGrain, threads_, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Triangle& t = soup.triangles[i];
+      keys[i] = cell_of_triangle(soup.vertices[t[0]].position, soup.vertices[t[1]].position,
+                                 soup.vertices[t[2]].position, lattice.finest_level,
+                                 lattice.cell_bits, header_.partition);
+    }
+  });
+  // Cells are few and triangles come in runs of one cell: number the cells first.
+  PositionTable table;
+  table.reset(1024);
+  std::vector<CellKey> cells;
+  std::vector<std::uint32_t> cell_of(count), counts;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (i > 0 && keys[i] == keys[i - 1]) {
+      cell_of[i] = cell_of[i - 1];
+    } else {
+      const auto next = static_cast<std::uint32_t>(cells.size());
+      const LatticePoint place{keys[i].i, keys[i].j, keys[i].k};
+      cell_of[i] = table.find_or_add(place, next, [&](std::uint32_t c) {
+        return c == next ? place : LatticePoint{cells[c].i, cells[c].j, cells[c].k};
+      });
+      if (cell_of[i] == next) cells.push_back(keys[i]), counts.push_back(0);
+    }
+    ++counts[cell_of[i]];
+  }
+  keys = {};
+  std::vector<std::size_t> begins(cells.size() + 1, 0);
+  for (std::size_t c = 0; c < cells.size(); ++c) begins[c + 1] = begins[c] + counts[c];
+  std::vector<Triangle> sorted(count);
+  std::vector<std::size_t> next(begins.begin(), begins.end() - 1);
+  for (std::size_t i = 0; i < count; ++i) sorted[next[cell_of[i]]++] = soup.triangles[i];
+  std::vector<BuildCell> result(cells.size());
+  parallel_for(cells.size(), 8, threads_, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c) {
+      BuildCell& cell = result[c];
+      cell.key = cells[c];
+      CellWelder welder(counts[c]);
+      cell.triangles.assign(sorted.begin() + static_cast<std::ptrdiff_t>(begins[c]),
+                            sorted.begin() + static_cast<std::ptrdiff_t>(begins[c + 1]));
+      for (Triangle& t : cell.triangles) {
+        for (std::uint32_t& v : t) v = welder.add(soup.vertices, v);
+      }
+      cell.vertices = welder.take();
+      if (!soup.has_normals) add_normals(cell);
+    }
+  });
+  std::sort(result.begin(), result.end(),
+            [](const BuildCell& a, const BuildCell& b) { return a.key < b.key; });
+  return result;
+}
+
+BuildCell join_pieces(std::vector<BuildCell> pieces, LeafCounts& counts) {
+  if (pieces.size() == 1) {
+    BuildCell cell = std::move(pieces.front());
+    const std::uint64_t dropped = drop_duplicates(cell.triangles);
+    counts.duplicate += dropped;
+    if (dropped > 0 && !cell.normal_sums.empty()) add_normals(cell);
+    return cell;
+  }
+  BuildCell cell;
+  cell.key = pieces.front().key;
+  std::size_t triangles = 0;
+  for (const BuildCell& piece : pieces) triangles += piece.triangles.size();
+  CellWelder welder(triangles);
+  bool has_normals = false;
+  for (const BuildCell& piece : pieces) {
+    has_normals |= piece.normal_sums.empty();
+    std::vector<std::uint32_t> to(piece.vertices.size());
+    for (std::size_t v = 0; v < to.size(); ++v) to[v] = welder.add(piece.vertices[v]);
+    for (const Triangle& t : piece.triangles) {
+      cell.triangles.push_back({to[t[0]], to[t[1]], to[t[2]]});
+    }
+  }
+  cell.vertices = welder.take();
+  counts.duplicate += drop_duplicates(cell.triangles);
+  if (!has_normals) add_normals(cell);
+  return cell;
+}
+
+}  // namespace cornice::hlod

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Who else uses a vertex: every cell reports those of its vertices that lie in another cell to
+// that cell, which knows whether it has them itself and tells all of them.
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
+#include "core/base/parallel.h"
+#include "hlod/build_leaves.h"
+#include "hlod/octahedral.h"
+#include "hlod/position_table.h"
+
+namespace cornice::hlod {
+namespace {
+
+CellKey cell_of_point(LatticePoint p, const CellKey& like, const Header& header) {
+  const int bits = header.lattice.cell_bits;
+  return {like.level, p.x >> bits, p.y >> bits,
+          header.partition == Partition::kQuadtree ? 0 : p.z >> bits};
+}
+
+Vec3f sum_of(const BuildCell& cell, std::uint32_t vertex) {
+  return cell.normal_sums.empty() ? Vec3f{} : cell.normal_sums[vertex];
+}
+
+auto place_of(const RimVertex& r) {
+  return std::tuple(r.data.position.x, r.data.position.y, r.data.position.z);
+}
+
+}  // namespace
+
+std::vector<RimVertex> rim_of(const BuildCell& cell, const Header& header) {
+  std::vector<RimVertex> rim;
+  for (std::uint32_t v = 0; v < cell.vertices.size(); ++v) {
+    const CellKey home = cell_of_point(cell.vertices[v].position, cell.key, header);
+    if (home != cell.key) rim.push_back({home, cell.key, v, cell.vertices[v], sum_of(cell, v)});
+  }
+  return rim;
+}
+
+std::vector<RimAnswer> answer_rim(const BuildCell& home, std::vector<RimVertex> rim) {
+  PositionTable table;
+  table.reset(home.vertices.size());
+  const auto position = [&](std::uint32_t v) { return home.vertices[v].position; };
+  for (std::uint32_t v = 0; v < home.vertices.size(); ++v) {
+    table.find_or_add(home.vertices[v].position, v, position);
+  }
+  const std::size_t reported = rim.size();
+  for (std::size_t i = 0; i < reported; ++i) {
+    const std::uint32_t own = table.find(rim[i].data.position, position);
+    if (own != PositionTable::kEmpty) {
+      rim.push_back({home.key, home.key, own, home.vertices[own], sum_of(home, own)});
+    }
+  }
+  std::sort(rim.begin(), rim.end(), [](const RimVertex& a, const RimVertex& b) {
+    return std::tuple(place_of(a), a.cell) < std::tuple(place_of(b), b.cell);
+  });
+  const auto same = [](const RimVertex& a, const RimVertex& b) {
+    return a.data.position == b.data.position && a.cell == b.cell;
+  };
+  rim.erase(std::unique(rim.begin(), rim.end(), same), rim.end());
+  std::vector<RimAnswer> answers;
+  for (std::size_t begin = 0, end = 0; begin < rim.size(); begin = end) {
+    Vec3f sum;
+    for (end = begin; end < rim.size() && rim[end].data.position == rim[begin].data.position;
+         ++end) {
+      sum += rim[end].normal_sum;
+    }
+    for (std::size_t user = begin; user < end; ++user) {
+      std::uint32_t sharers = 0;
+      for (std::size_t other = begin; other < end; ++other) {
+        if (other != user) sharers |= sharer_bit(rim[user].cell, rim[other].cell);
+      }
+      answers.push_back({rim[user].cell, rim[user].vertex, sharers, rim[begin].data, sum});
+    }
+  }
+  return answers;
+}
+
+void finish_leaf(BuildCell& cell, const std::vector<RimAnswer>& answers, int normal_bits) {
+  cell.sharers.assign(cell.vertices.size(), 0);
+  for (const RimAnswer& answer : answers) {
+    cell.sharers[answer.vertex] = answer.sharers;
+    cell.vertices[answer.vertex] = answer.data;
+    if (!cell.normal_sums.empty()) cell.normal_sums[answer.vertex] = answer.normal_sum;
+  }
+  for (std::size_t v = 0; v < cell.normal_sums.size(); ++v) {
+    cell.vertices[v].normal = encode_octahedral(cell.normal_sums[v], normal_bits);
+  }
+  cell.normal_sums = {};
+}
+
+std::vector<BuildCell> finish_leaves(std::vector<std::vector<BuildCell>> pieces,
+                                     const Header& header, int threads, LeafCounts& counts) {
+  std::vector<BuildCell> all;
+  for (auto& part : pieces) {
+    for (BuildCell& piece : part) all.push_back(std::move(piece));
+  }
+  std::stable_sort(all.begin(), all.end(),
+                   [](const BuildCell& a, const BuildCell& b) { return a.key < b.key; });
+  std::vector<std::size_t> begins;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (i == 0 || all[i].key != all[i - 1].key) begins.push_back(i);
+  }
+  begins.push_back(all.size());
+  const std::size_t count = begins.size() - 1;
+  std::vector<BuildCell> cells(count);
+  std::vector<LeafCounts> cell_counts(count);
+  std::vector<std::vector<RimVertex>> rims(count);
+  parallel_for(count, 8, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c) {
+      std::vector<BuildCell> own(
+          std::make_move_iterator(all.begin() + static_cast<std::ptrdiff_t>(begins[c])),
+          std::make_move_iterator(all.begin() + static_cast<std::ptrdiff_t>(begins[c + 1])));
+      cells[c] = join_pieces(std::move(own), cell_counts[c]);
+      rims[c] = rim_of(cells[c], header);
+    }
+  });
+  for (const LeafCounts& c : cell_counts) counts.duplicate += c.duplicate;
+  std::vector<RimVertex> rim;
+  for (auto& part : rims) rim.insert(rim.end(), part.begin(), part.end());
+  rims = {};
+  std::stable_sort(rim.begin(), rim.end(),
+                   [](const RimVertex& a, const RimVertex& b) { return a.home < b.home; });
+  std::vector<std::vector<RimAnswer>> answers(count);
+  const auto place_of_cell = [&](const CellKey& key) {
+    const auto found =
+        std::lower_bound(cells.begin(), cells.end(), key,
+                         [](const BuildCell& cell, const CellKey& k) { return cell.key < k; });
+    return found != cells.end() && found->key == key ? found - cells.begin() : std::ptrdiff_t{-1};
+  };
+  for (std::size_t begin = 0, end = 0; begin < rim.size(); begin = end) {
+    const CellKey home = rim[begin].home;
+    while (end < rim.size() && rim[end].home == home) ++end;
+    const std::ptrdiff_t at = place_of_cell(home);
+    BuildCell empty;
+    empty.key = home;
+    const std::vector<RimVertex> part(rim.begin() + static_cast<std::ptrdiff_t>(begin),
+                                      rim.begin() + static_cast<std::ptrdiff_t>(end));
+    for (const RimAnswer& answer :
+         answer_rim(at < 0 ? empty : cells[static_cast<std::size_t>(at)], part)) {
+      answers[static_cast<std::size_t>(place_of_cell(answer.cell))].push_back(answer);
+    }
+  }
+  parallel_for(count, 8, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c) {
+      finish_leaf(cells[c], answers[c], header.normal_bits);
+    }
+  });
+  return cells;
+}
+
+}  // namespace cornice::hlod
