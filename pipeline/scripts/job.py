@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Runs one job of a plan and records what became of it.
+"""Runs one job of a plan, or a chain of them on one tile, and records what became of each.
 
 The record (state/STAGE/TILE.json) is what the workflow waits for. A job that fails writes one, too,
 and ends with 0, so that one bad tile does not stop the others; its dependants skip themselves, its
@@ -11,30 +11,26 @@ ends with its own exit code instead.
 import argparse
 import json
 import os
-import subprocess
+import shlex
 import sys
 import time
+import uuid
 
+import programs
+import records
 import stages
 
-
-def write_whole(target, text):
-    os.makedirs(os.path.dirname(target), exist_ok=True)
-    partial = f"{target}.{os.getpid()}.partial"
-    with open(partial, "w", encoding="utf-8") as file:
-        file.write(text)
-    os.replace(partial, target)
+BAD_INPUT = 3
 
 
 def failed_before(plan, stage, tile):
     """The upstream job without which this one cannot run, or None."""
     for name, other, must in stages.upstream(plan, stage, tile):
-        if must and not stages.has_succeeded(plan, name, other):
+        if must and not records.has_succeeded(plan, name, other):
             return name, other
-    if stage in ("flightlines", "stitch"):
-        source = "info" if stage == "flightlines" else "remesh"
-        if not stages.readable(plan, source):
-            return source, next(iter(plan["tiles"]))
+    for name, scope in stages.STAGES[stage].needs:
+        if scope == "all" and not stages.readable(plan, name):
+            return name, next(iter(plan["tiles"]))
     return None
 
 
@@ -60,27 +56,25 @@ def problem_in_info(json_path):
 
 
 def run_tool(plan, stage, tile, threads, log_path):
-    """Runs the stage's program; returns its exit code (128 + n: ended by signal n)."""
+    """Runs the stage's program; returns its exit code and what it used."""
     words = stages.STAGES[stage].command(plan, tile)
     words[0] = os.path.join(plan["programs"], words[0])
-    words += ["--threads", str(threads), "--no-progress", "--overwrite", "--report",
-              stages.path(plan, "reports", stage, tile + ".json")]
-    for output in stages.STAGES[stage].outputs(plan, tile):
-        os.makedirs(os.path.dirname(output), exist_ok=True)
-    os.makedirs(stages.path(plan, "reports", stage), exist_ok=True)
+    report = records.report_path(plan, stage, tile)
+    words += ["--threads", str(threads), "--no-progress", "--overwrite", "--report", report]
+    for target in stages.STAGES[stage].outputs(plan, tile) + [report, log_path]:
+        os.makedirs(os.path.dirname(target), exist_ok=True)
     with open(log_path, "w", encoding="utf-8") as log:
-        log.write(" ".join(words) + "\n")
+        log.write(shlex.join(words) + "\n")
         log.flush()
         out = log
         if stage == "info":
-            os.makedirs(stages.path(plan, "info"), exist_ok=True)
-            out = open(stages.path(plan, "info", tile + ".json"), "w", encoding="utf-8")
+            os.makedirs(records.path(plan, "info"), exist_ok=True)
+            out = open(records.path(plan, "info", tile + ".json"), "w", encoding="utf-8")
         try:
-            code = subprocess.run(words, stdout=out, stderr=log, check=False).returncode
+            return programs.run_measured(words, stdout=out, stderr=log)
         finally:
             if out is not log:
                 out.close()
-    return 128 - code if code < 0 else code
 
 
 def message_of(plan, stage, tile, code, log_path):
@@ -88,51 +82,68 @@ def message_of(plan, stage, tile, code, log_path):
         return "was killed (signal 9); was there memory enough?"
     if code > 128:
         return f"was stopped by signal {code - 128}"
-    message = last_error(log_path, "cornice-" + {"solve": "poisson", "extract": "poisson"}.get(
-        stage, stage))
+    message = last_error(log_path, "cornice-" + stages.STAGES[stage].program)
     # The tile is named beside the message.
-    for known in (stages.tile_path(plan, tile),) if tile != stages.SURVEY else ():
-        message = message.removeprefix(known + ": ")
-    return message
+    return message.removeprefix(records.label(plan, tile) + ": ")
+
+
+def attempt(plan, stage, tile, threads):
+    """Runs a job whose needs are met; returns its part of the record."""
+    log_path = records.log_path(plan, stage, tile)
+    code, used = run_tool(plan, stage, tile, threads, log_path)
+    message = message_of(plan, stage, tile, code, log_path) if code else ""
+    if stage == "info" and code == 0:
+        message = problem_in_info(records.path(plan, "info", tile + ".json"))
+        code = BAD_INPUT if message else 0
+    return {"status": "failed" if code else "done", "exit_code": code, "message": message, **used}
 
 
 def run(plan, stage, tile, threads):
-    started = time.time()
-    outcome = {"stage": stage, "tile": tile, "fingerprint": plan["fingerprints"][stage][tile]}
+    """Runs a job and leaves its record; returns the exit code that the workflow is to see."""
+    before = [(name, other) for name, other, _ in stages.upstream(plan, stage, tile)]
+    record = {"stage": stage, "tile": tile, "id": uuid.uuid4().hex[:16],
+              "fingerprint": plan["fingerprints"][stage][tile],
+              "inputs": records.inputs_digest(before, {job: records.read(plan, *job)
+                                                       for job in before})}
     missing = failed_before(plan, stage, tile)
-    log_path = stages.path(plan, "logs", stage, tile + ".log")
+    started = time.time()
     if missing:
-        outcome.update(status="skipped", exit_code=0, message=f"needs {missing[0]} of {missing[1]}")
+        record.update(status="skipped", exit_code=0, message=f"needs {missing[0]} of {missing[1]}")
     else:
-        os.makedirs(os.path.dirname(log_path), exist_ok=True)
-        code = run_tool(plan, stage, tile, threads, log_path)
-        message = "" if code == 0 else message_of(plan, stage, tile, code, log_path)
-        if stage == "info" and code == 0:
-            message = problem_in_info(stages.path(plan, "info", tile + ".json"))
-            code = 3 if message else 0
+        record.update(attempt(plan, stage, tile, threads))
         # Stopped from outside: nothing became of it, the next run does it again.
-        if code in (128 + 2, 128 + 15):
-            return code
-        outcome.update(status="failed" if code else "done", exit_code=code, message=message)
-    outcome["seconds"] = round(time.time() - started, 3)
-    if outcome["status"] == "failed" and plan["stop_at_first_failure"]:
-        print(f"{tile}: {stage}: {outcome['message']}", file=sys.stderr)
-        return outcome["exit_code"]
-    write_whole(stages.outcome_path(plan, stage, tile), json.dumps(outcome, indent=1) + "\n")
+        if record["exit_code"] in (128 + 2, 128 + 15):
+            return record["exit_code"]
+    record["seconds"] = round(time.time() - started, 3)
+    if record["status"] == "failed" and plan["stop_at_first_failure"]:
+        print(f"{tile}: {stage}: {record['message']}", file=sys.stderr)
+        return record["exit_code"]
+    records.write_json(records.record_path(plan, stage, tile), record)
+    return 0
+
+
+def run_chain(plan, last, tile, threads):
+    """Runs what has no record yet of the chain that ends with the stage `last`."""
+    chain = next(chain for chain in stages.chains(plan) if chain[-1].name == last)
+    for stage in chain:
+        if records.read(plan, stage.name, tile) is None:
+            code = run(plan, stage.name, tile, threads)
+            if code != 0:
+                return code
     return 0
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("plan", metavar="PLAN.json")
-    parser.add_argument("stage", choices=stages.STAGES)
+    parser.add_argument("stage", choices=stages.STAGES, help="the last of its chain")
     parser.add_argument("tile", help="its name, or \"survey\"")
     parser.add_argument("--threads", type=int, default=0)
     arguments = parser.parse_args()
-    with open(arguments.plan, encoding="utf-8") as file:
-        plan = json.load(file)
+    programs.allow_long_command_lines()
     try:
-        return run(plan, arguments.stage, arguments.tile, arguments.threads)
+        return run_chain(records.read_json(arguments.plan), arguments.stage, arguments.tile,
+                         arguments.threads)
     except KeyboardInterrupt:
         return 128 + 2
 

@@ -7,6 +7,7 @@ import statistics
 import subprocess
 
 import page
+import records
 import stages
 
 # What a picture shows at most; a larger survey shows its first tiles.
@@ -18,8 +19,8 @@ def read_reports(plan):
     """{stage: {tile: report of the stage's program}} of all jobs that left one."""
     found = {}
     for stage, tile in stages.jobs(plan):
-        target = stages.path(plan, "reports", stage, tile + ".json")
-        if stages.has_succeeded(plan, stage, tile) and os.path.exists(target):
+        target = records.report_path(plan, stage, tile)
+        if records.has_succeeded(plan, stage, tile) and os.path.exists(target):
             with open(target, encoding="utf-8") as file:
                 found.setdefault(stage, {})[tile] = json.load(file)
     return found
@@ -89,8 +90,7 @@ def stage_section(name, reports):
 def failure_section(plan, failed):
     lines = [f"{name}: {problem}" for name, problem in plan["unusable"].items()]
     for tile, stage, message in failed:
-        name = plan["tiles"][tile]["path"] if tile in plan["tiles"] else "the survey"
-        lines.append(f"{name}: {stage}: {message}")
+        lines.append(f"{records.label(plan, tile)}: {stage}: {message}")
     if not lines:
         return ""
     title = f"<h2>What is not whole ({len(lines)})</h2>"
@@ -99,9 +99,9 @@ def failure_section(plan, failed):
 
 def draw(plan, name, words):
     """One picture by cornice-picture; its path, or None with a note in the log."""
-    target = stages.path(plan, "pictures", name + ".png")
+    target = records.path(plan, "pictures", name + ".png")
     os.makedirs(os.path.dirname(target), exist_ok=True)
-    log_path = stages.path(plan, "logs", "pictures", name + ".log")
+    log_path = records.path(plan, "logs", "pictures", name + ".log")
     os.makedirs(os.path.dirname(log_path), exist_ok=True)
     command = [os.path.join(plan["programs"], "cornice-picture")] + words + [
         "-o", target, "--overwrite", "--no-progress"]
@@ -114,7 +114,7 @@ def wanted_pictures(plan):
     """(name, caption, words of cornice-picture) of what can be shown; large surveys show a part."""
     meshes = sorted(os.path.join(stages.mesh_folder(plan), name)
                     for name in os.listdir(stages.mesh_folder(plan)) if name.endswith(".ply")
-                    ) if stages.has_succeeded(plan, "stitch", stages.SURVEY) else []
+                    ) if records.has_succeeded(plan, "stitch", records.SURVEY) else []
     meshes = meshes[:MOST_MESHES_DRAWN]
     tiles, points = [], 0
     for name in stages.readable(plan, "info"):
@@ -122,7 +122,7 @@ def wanted_pictures(plan):
         if points > MOST_POINTS_DRAWN and tiles:
             break
         tiles.append(stages.tile_path(plan, name))
-    has_lines = stages.has_succeeded(plan, "flightlines", stages.SURVEY)
+    has_lines = records.has_succeeded(plan, "flightlines", records.SURVEY)
     wanted = []
     if meshes:
         wanted += [("mesh", "The mesh, obliquely from above", ["--view", "oblique"] + meshes),
@@ -164,7 +164,7 @@ def write(plan, failed):
             f"The picture \"{name}\" could not be drawn, see logs/pictures/{name}.log.", "warning")
     body += "<h2>What ran</h2>" + stage_table(plan, reports)
     body += "".join(stage_section(name, of_stage) for name, of_stage in reports.items())
-    target = stages.path(plan, "report.html")
+    target = records.path(plan, "report.html")
     with open(target + ".partial", "w", encoding="utf-8") as file:
         file.write(page.document(plan["config"].get("title", "Survey"), body))
     os.replace(target + ".partial", target)

@@ -4,20 +4,22 @@
 
 import argparse
 import fcntl
-import hashlib
-import json
 import os
 import signal
 import subprocess
 import sys
 
 import configuration
+import programs
+import records
 import report
 import stages
+import todo
 import watch
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-DONE, FAILED, USAGE, BAD_INPUT = 0, 1, 2, 3
+DONE, FAILED, USAGE = 0, 1, 2
+NOT_ENDED = "did not end"
 
 
 class RunError(Exception):
@@ -33,21 +35,13 @@ def share_folder():
     return os.path.join(os.path.dirname(ROOT), "config")
 
 
-def program_version(programs):
+def program_version(folder):
     try:
-        shown = subprocess.run([os.path.join(programs, "cornice-index"), "--version"],
+        shown = subprocess.run([os.path.join(folder, "cornice-index"), "--version"],
                                capture_output=True, text=True, check=True)
     except (OSError, subprocess.CalledProcessError) as error:
-        raise RunError(FAILED, f"{programs}: holds no cornice-index that runs ({error})") from error
+        raise RunError(FAILED, f"{folder}: holds no cornice-index that runs ({error})") from error
     return shown.stdout.strip()
-
-
-def write_json(target, value):
-    partial = target + ".partial"
-    with open(partial, "w", encoding="utf-8") as file:
-        json.dump(value, file, indent=1)
-        file.write("\n")
-    os.replace(partial, target)
 
 
 def index_survey(arguments, config, files, output):
@@ -62,8 +56,7 @@ def index_survey(arguments, config, files, output):
     if done.returncode != 0:
         text = done.stderr.strip().splitlines()[-1] if done.stderr.strip() else "no message"
         raise RunError(done.returncode, text.split("error: ", 1)[-1])
-    with open(target, encoding="utf-8") as file:
-        return json.load(file)
+    return records.read_json(target)
 
 
 def write_class_rules(config, output):
@@ -74,23 +67,8 @@ def write_class_rules(config, output):
         return ""
     target = os.path.join(output, "class-rules.yaml")
     # JSON is YAML.
-    write_json(target, {"normals": rules})
+    records.write_json(target, {"normals": rules})
     return target
-
-
-def fingerprints(plan, version):
-    """One per job: what decides its result besides the files it reads."""
-    result = {}
-    for name, stage in stages.STAGES.items():
-        section = {"solve": "poisson", "extract": "poisson"}.get(name, name)
-        own = [version, name, plan["config"].get(section), plan["config"].get("crs"),
-               plan["step_m"], plan["halo_m"]]
-        result[name] = {}
-        for tile in (plan["tiles"] if stage.per_tile else [stages.SURVEY]):
-            of_tile = plan["tiles"].get(tile, {"tiles": sorted(plan["tiles"])})
-            text = json.dumps([own, of_tile], sort_keys=True)
-            result[name][tile] = hashlib.sha256(text.encode()).hexdigest()[:16]
-    return result
 
 
 def make_plan(arguments, config, files, output):
@@ -107,37 +85,22 @@ def make_plan(arguments, config, files, output):
         "threads": max(1, arguments.threads or (os.cpu_count() or 1) // max(1, arguments.jobs)),
         "until": arguments.until,
         "stop_at_first_failure": arguments.stop_at_first_failure,
-        "tiles": {tile["name"]: {key: tile[key] for key in
-                                 ("path", "points", "bytes", "box", "neighbours")}
-                  for tile in survey["tiles"] if not tile["problem"]},
+        "tiles": {tile["name"]: {"modified": todo.modified(tile["path"]), **{
+            key: tile[key] for key in ("path", "points", "bytes", "box", "neighbours")}}
+            for tile in survey["tiles"] if not tile["problem"]},
         "unusable": {tile["path"]: tile["problem"] for tile in survey["tiles"] if tile["problem"]},
         "warnings": survey["warnings"],
     }
-    plan["fingerprints"] = fingerprints(plan, plan["version"])
-    write_json(os.path.join(output, "plan.json"), plan)
+    plan["fingerprints"] = todo.fingerprints(plan, plan["version"])
     return plan
-
-
-def stale_records(plan):
-    """Records of jobs to be done again: failed ones, those of other parameters, and those whose
-    files are gone. What depends on them is done again because they become newer."""
-    stale = []
-    for stage, tile in stages.jobs(plan):
-        record = stages.read_outcome(plan, stage, tile)
-        if record is None:
-            continue
-        outputs = stages.STAGES[stage].outputs(plan, tile)
-        is_good = (record["status"] == "done" and all(os.path.exists(name) for name in outputs) and
-                   record.get("fingerprint") == plan["fingerprints"][stage][tile])
-        if not is_good:
-            stale.append(stages.outcome_path(plan, stage, tile))
-    return stale
 
 
 def snakemake_words(arguments, plan, output):
     words = ["snakemake", "--snakefile", os.path.join(ROOT, "Snakefile"), "--directory", output,
              "--config", f"plan={os.path.join(output, 'plan.json')}", "--nolock",
-             "--profile", arguments.profile]
+             "--profile", arguments.profile,
+             # Choosing among ten thousand ready jobs by linear programming takes longer than they do.
+             "--scheduler", "greedy"]
     total = arguments.memory * 1024 if arguments.memory else (
         os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2**20)
     if arguments.is_local:
@@ -154,11 +117,11 @@ def hear_interrupts():
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
-def run_jobs(arguments, plan, output):
+def run_jobs(arguments, plan, output, left):
     """Runs Snakemake, showing progress; returns its exit code and whether it was interrupted."""
     words = snakemake_words(arguments, plan, output)
     log_path = os.path.join(output, "snakemake.log")
-    view = watch.Watch(plan, max(1, arguments.jobs))
+    view = watch.Watch(plan, left)
     with open(log_path, "w", encoding="utf-8") as log:
         try:
             process = subprocess.Popen(words, stdout=log, stderr=subprocess.STDOUT,
@@ -184,9 +147,9 @@ def failures(plan):
     """Every job that did not succeed, in order: (tile, stage, message)."""
     listed = []
     for stage, tile in stages.jobs(plan):
-        record = stages.read_outcome(plan, stage, tile)
+        record = records.read(plan, stage, tile)
         if record is None:
-            listed.append((tile, stage, "did not end"))
+            listed.append((tile, stage, NOT_ENDED))
         elif record["status"] == "failed":
             listed.append((tile, stage, record["message"]))
     return listed
@@ -199,29 +162,25 @@ def say(text):
 def tell_end(plan, failed, code, log_path):
     for name, problem in plan["unusable"].items():
         say(f"error: {name}: {problem}")
-    shown = [entry for entry in failed if entry[2] != "did not end"]
+    shown = [entry for entry in failed if entry[2] != NOT_ENDED]
     for tile, stage, message in shown:
-        name = plan["tiles"][tile]["path"] if tile in plan["tiles"] else "the survey"
-        say(f"error: {name}: {stage}: {message} "
-            f"(log: {stages.path(plan, 'logs', stage, tile + '.log')})")
+        say(f"error: {records.label(plan, tile)}: {stage}: {message} "
+            f"(log: {records.log_path(plan, stage, tile)})")
     if code != 0 and not shown:
         say(f"error: the workflow ended early, see {log_path}")
 
 
-def dry_run(arguments, plan, output):
-    words = snakemake_words(arguments, plan, output) + ["--dry-run", "--quiet"]
-    stale = stale_records(plan)
-    if stale:
-        words += ["--forcerun"] + stale
-    done = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                          check=False)
-    if done.returncode != 0:
-        raise RunError(FAILED, done.stdout.strip().splitlines()[-1])
+def tell_todo(plan, left):
+    """What a run would do."""
     print(f"{len(plan['tiles'])} tiles, "
           f"{sum(entry['points'] for entry in plan['tiles'].values()):,} points, {plan['crs']}")
     for name, problem in plan["unusable"].items():
         print(f"left out: {name}: {problem}")
-    print(done.stdout.strip().removeprefix("Building DAG of jobs...").strip() or "nothing to do")
+    for stage, count in todo.counts(left).items():
+        of_stage = len(stages.tiles_of(plan, stages.STAGES[stage]))
+        print(f"{stage}: {count} of {of_stage}")
+    if not left:
+        print("nothing to do")
 
 
 def locked(output):
@@ -249,12 +208,13 @@ def run(arguments):
     os.makedirs(output, exist_ok=True)
     lock = locked(output)
     plan = make_plan(arguments, config, files, output)
+    left, _ = todo.find(plan)
     if arguments.dry_run:
-        dry_run(arguments, plan, output)
+        tell_todo(plan, left)
         return DONE
-    for record in stale_records(plan):
-        os.remove(record)
-    code, interrupted = run_jobs(arguments, plan, output)
+    records.write_json(os.path.join(output, "plan.json"), plan)
+    todo.forget(plan, left)
+    code, interrupted = run_jobs(arguments, plan, output, left) if left else (DONE, False)
     failed = failures(plan)
     if interrupted:
         say("stopped; the same command goes on from here")
@@ -262,7 +222,7 @@ def run(arguments):
     tell_end(plan, failed, code, os.path.join(output, "snakemake.log"))
     page = report.write(plan, failed)
     say(f"report: {page}")
-    if arguments.until == "stitch" and stages.has_succeeded(plan, "stitch", stages.SURVEY):
+    if arguments.until == "stitch" and records.has_succeeded(plan, "stitch", records.SURVEY):
         say(f"mesh: {stages.mesh_folder(plan)}")
     lock.close()
     return FAILED if code != 0 or failed or plan["unusable"] else DONE
@@ -313,6 +273,7 @@ def raise_interrupt(_signal, _frame):
 
 def main():
     signal.signal(signal.SIGTERM, raise_interrupt)
+    programs.allow_long_command_lines()
     try:
         return run(parse(sys.argv[1:]))
     except configuration.ConfigError as error:

@@ -6,11 +6,10 @@ only. A job is a stage and a tile, or a stage and the survey (tile "survey").
 """
 
 import dataclasses
-import json
-import os
 from typing import Callable
 
-SURVEY = "survey"
+from records import SURVEY, has_succeeded, path, succeeded
+
 # Beyond the halo, so that the normals in it have all their neighbours (stages/normals/README.md).
 NORMALS_REACH_M = 5.0
 # Keys of the section "poisson" that belong to its second step.
@@ -22,36 +21,16 @@ class Stage:
     """One kind of job."""
 
     name: str
+    program: str  # cornice-PROGRAM runs it; the configuration's section of this name is its options
     per_tile: bool
     # (stage, scope): "own" the same tile's job, "around" also its neighbours', "all" every tile's,
-    # "survey" the survey's one. All of them must have ended; "own" and "survey" must have succeeded.
+    # "survey" the survey's one. All of them must have ended; "own" and "survey" must have succeeded,
+    # and one at least of "all".
     needs: tuple
     command: Callable  # (plan, tile) -> list of words, without threads, memory and report
     outputs: Callable  # (plan, tile) -> paths that the job leaves
     bytes_per_point: int  # peak memory, measured; for the scheduler
     seconds_per_million: float  # points, on one core; a first guess for the time left
-
-
-def path(plan, *parts):
-    return os.path.join(plan["output"], *parts)
-
-
-def outcome_path(plan, stage, tile):
-    return path(plan, "state", stage, tile + ".json")
-
-
-def read_outcome(plan, stage, tile):
-    """What became of a job: a dict with "status", or None where it has not ended."""
-    try:
-        with open(outcome_path(plan, stage, tile), encoding="utf-8") as file:
-            return json.load(file)
-    except FileNotFoundError:
-        return None
-
-
-def has_succeeded(plan, stage, tile):
-    outcome = read_outcome(plan, stage, tile)
-    return outcome is not None and outcome["status"] == "done"
 
 
 def flags(plan, section, skip=(), only=None):
@@ -84,11 +63,11 @@ def box_text(plan, tile):
 
 def readable_around(plan, stage, tile):
     """Neighbours whose job of `stage` has succeeded, in the order of their names."""
-    return [name for name in plan["tiles"][tile]["neighbours"] if has_succeeded(plan, stage, name)]
+    return succeeded(plan, stage, plan["tiles"][tile]["neighbours"])
 
 
 def readable(plan, stage):
-    return [name for name in plan["tiles"] if has_succeeded(plan, stage, name)]
+    return succeeded(plan, stage, plan["tiles"])
 
 
 # Names of files ----------------------------------------------------------------------------------
@@ -183,33 +162,56 @@ def stitch_command(plan, _):
 
 
 STAGES = {stage.name: stage for stage in (
-    Stage("info", True, (), info_command, lambda plan, tile: [], 60, 1.5),
-    Stage("flightlines", False, (("info", "all"),), flightlines_command,
+    Stage("info", "info", True, (), info_command, lambda plan, tile: [], 60, 1.5),
+    Stage("flightlines", "flightlines", False, (("info", "all"),), flightlines_command,
           lambda plan, tile: [lines_path(plan)], 4, 1.0),
-    Stage("normals", True, (("info", "own"), ("info", "around"), ("flightlines", "survey")),
+    Stage("normals", "normals", True,
+          (("info", "own"), ("info", "around"), ("flightlines", "survey")),
           normals_command, lambda plan, tile: [points_path(plan, tile)], 130, 3.0),
-    Stage("solve", True, (("normals", "own"),), solve_command,
+    Stage("solve", "poisson", True, (("normals", "own"),), solve_command,
           lambda plan, tile: [field_path(plan, tile), band_path(plan, tile)], 320, 3.0),
-    Stage("extract", True, (("solve", "own"), ("solve", "around")), extract_command,
+    Stage("extract", "poisson", True, (("solve", "own"), ("solve", "around")), extract_command,
           lambda plan, tile: [surface_path(plan, tile)], 200, 1.0),
-    Stage("trim", True, (("extract", "own"),), trim_command,
+    Stage("trim", "trim", True, (("extract", "own"),), trim_command,
           lambda plan, tile: [trimmed_path(plan, tile)], 150, 0.5),
-    Stage("remesh", True, (("trim", "own"),), remesh_command,
+    Stage("remesh", "remesh", True, (("trim", "own"),), remesh_command,
           lambda plan, tile: [remeshed_path(plan, tile)], 200, 3.0),
-    Stage("stitch", False, (("remesh", "all"),), stitch_command,
+    Stage("stitch", "stitch", False, (("remesh", "all"),), stitch_command,
           lambda plan, tile: [mesh_folder(plan)], 10, 0.5),
 )}
 
 
-def jobs(plan):
-    """Every job up to plan["until"], in the order of the stages: (stage, tile)."""
+def active(plan):
+    """The stages up to plan["until"], in their order."""
     listed = []
     for stage in STAGES.values():
-        names = plan["tiles"] if stage.per_tile else [SURVEY]
-        listed += [(stage.name, name) for name in names]
+        listed.append(stage)
         if stage.name == plan["until"]:
             break
     return listed
+
+
+def chains(plan):
+    """The stages in groups, each to be run by one job of the scheduler: a stage that waits for
+    nothing but the one before on the same tile joins it. Ten thousand tiles are then thirty
+    thousand jobs instead of sixty."""
+    groups = []
+    for stage in active(plan):
+        if groups and stage.per_tile and stage.needs == ((groups[-1][-1].name, "own"),):
+            groups[-1].append(stage)
+        else:
+            groups.append([stage])
+    return groups
+
+
+def tiles_of(plan, stage):
+    """What a stage's jobs are about."""
+    return plan["tiles"] if stage.per_tile else [SURVEY]
+
+
+def jobs(plan):
+    """Every job, in the order of the stages: (stage, tile)."""
+    return [(stage.name, tile) for stage in active(plan) for tile in tiles_of(plan, stage)]
 
 
 def upstream(plan, stage, tile):

@@ -5,6 +5,7 @@ import os
 import sys
 import time
 
+import records
 import stages
 
 
@@ -14,70 +15,105 @@ def duration_text(seconds):
     return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
 
 
+def expected_seconds(plan):
+    """{(stage, tile): a first guess of its time on one core}"""
+    of_all = sum(entry["points"] for entry in plan["tiles"].values())
+    points = {tile: stages.points_of(plan, tile) for tile in plan["tiles"]}
+    points[records.SURVEY] = of_all
+    return {(stage, tile): 0.5 + stages.STAGES[stage].seconds_per_million * points[tile] / 1e6
+            for stage, tile in stages.jobs(plan)}
+
+
+class Folder:
+    """The records of one stage; reads each of them once, and lists them only when they change."""
+
+    # A record that comes in the same tick of the file system's clock does not show in the time.
+    TICK_NS = 2_000_000_000
+
+    def __init__(self, plan, stage):
+        self.plan, self.stage = plan, stage
+        self.folder = records.folder(plan, stage)
+        self.listed_at = None
+        self.seen = set()
+
+    def new_records(self):
+        """(tile, record) of those that were not there before."""
+        try:
+            changed = os.stat(self.folder).st_mtime_ns
+        except FileNotFoundError:
+            return
+        if self.listed_at is not None and changed < self.listed_at:
+            return
+        # Times of the file system alone: its clock may differ from this machine's.
+        self.listed_at = changed + 1 if time.time_ns() - changed > self.TICK_NS else changed
+        for name in os.listdir(self.folder):
+            tile = name.removesuffix(".json")
+            if tile != name and tile not in self.seen:
+                record = records.read(self.plan, self.stage, tile)
+                if record is not None:
+                    self.seen.add(tile)
+                    yield tile, record
+
+
 class Watch:
     """Counts ended jobs; tells the share done and the time left."""
 
-    def __init__(self, plan, jobs_at_once):
-        self.plan = plan
-        self.jobs_at_once = jobs_at_once
-        self.jobs = stages.jobs(plan)
-        self.begun = time.time()
-        self.ended = {}
-        self.before = set(job for job in self.jobs if self._record(job) is not None)
+    def __init__(self, plan, left):
+        """left: the jobs that are to be done now (todo.find)."""
+        self.expected = expected_seconds(plan)
+        self.total = sum(self.expected.values())
+        self.left = sum(self.expected[job] for job in left)
+        self.waiting = set(left)
+        self.todo = len(left)
+        self.jobs = {stage.name: len(stages.tiles_of(plan, stage)) for stage in stages.active(plan)}
+        self.ended = dict(self.jobs)
+        for stage, _ in left:
+            self.ended[stage] -= 1
+        self.failed = 0
+        self.folders = [Folder(plan, stage) for stage in self.jobs]
+        self.first = None  # time and work left when the first job ended: planning counts for nothing
         self.is_terminal = sys.stderr.isatty()
         self.last_line = ""
         self.last_time = 0.0
 
-    def _record(self, job):
-        target = stages.outcome_path(self.plan, *job)
-        return stages.read_outcome(self.plan, *job) if os.path.exists(target) else None
-
     def refresh(self):
-        for job in self.jobs:
-            if job not in self.ended:
-                record = self._record(job)
-                if record is not None:
-                    self.ended[job] = record
-
-    def _expected(self, job):
-        stage, tile = job
-        points = stages.points_of(self.plan, tile)
-        if tile == stages.SURVEY:
-            points = sum(entry["points"] for entry in self.plan["tiles"].values())
-        return 0.5 + stages.STAGES[stage].seconds_per_million * points / 1e6
+        for folder in self.folders:
+            for tile, record in folder.new_records():
+                job = (folder.stage, tile)
+                self.failed += record["status"] == "failed" and job in self.expected
+                if job in self.waiting:
+                    self.waiting.remove(job)
+                    self.left -= self.expected[job]
+                    self.ended[folder.stage] += 1
+        if self.first is None and len(self.waiting) < self.todo:
+            self.first = (time.time(), self.left)
 
     def seconds_left(self):
-        """From what the jobs of this run took against what was expected of them."""
-        new = [job for job in self.ended if job not in self.before]
-        left = sum(self._expected(job) for job in self.jobs if job not in self.ended)
-        if not new or not left:
-            return 0.0 if not left else None
-        pace = (time.time() - self.begun) / max(sum(self._expected(job) for job in new), 1e-3)
-        return pace * left
+        """From what the jobs of this run took against what was expected of them; None: no telling
+        yet."""
+        if not self.waiting:
+            return 0.0
+        if self.first is None or self.first[1] <= self.left:
+            return None
+        return (time.time() - self.first[0]) * self.left / (self.first[1] - self.left)
 
     def line(self):
-        total = sum(self._expected(job) for job in self.jobs)
-        done = sum(self._expected(job) for job in self.ended)
-        parts = []
-        for name, stage in stages.STAGES.items():
-            of_stage = [job for job in self.jobs if job[0] == name]
-            ended = sum(1 for job in of_stage if job in self.ended)
-            if of_stage and 0 < ended < len(of_stage):
-                parts.append(f"{name} {ended}/{len(of_stage)}")
-        failed = sum(1 for record in self.ended.values() if record["status"] == "failed")
-        text = f"{100.0 * done / max(total, 1e-9):.0f} % done"
+        share = 100.0 * (1.0 - self.left / self.total) if self.total else 100.0
+        text = f"{share:.0f} % done"
+        parts = [f"{stage} {self.ended[stage]}/{count}" for stage, count in self.jobs.items()
+                 if 0 < self.ended[stage] < count]
         if parts:
             text += f" ({', '.join(parts)})"
-        if failed:
-            text += f", {failed} failed"
+        if self.failed:
+            text += f", {self.failed} failed"
         left = self.seconds_left()
         return text + (f", about {duration_text(left)} left" if left else "")
 
     def show(self, quiet):
         """A line that renews itself on a terminal; in a log a line now and then."""
-        self.refresh()
         if quiet:
             return
+        self.refresh()
         text = self.line()
         now = time.time()
         if self.is_terminal:
@@ -88,6 +124,5 @@ class Watch:
             self.last_line, self.last_time = text, now
 
     def finish(self):
-        self.refresh()
         if self.is_terminal:
             sys.stderr.write("\r\033[K")

@@ -13,8 +13,8 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "pipeline" / "scripts"))
+import records  # noqa: E402
 import report  # noqa: E402
-import stages  # noqa: E402
 
 PNG = base64.b64decode("iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGA"
                        "WjR9awAAAABJRU5ErkJggg==")
@@ -70,9 +70,9 @@ class Report(unittest.TestCase):
                      "config": {"title": "A & B"}}
 
     def finish(self, tile, content, status="done"):
-        for target, value in ((stages.outcome_path(self.plan, "info", tile),
+        for target, value in ((records.record_path(self.plan, "info", tile),
                                {"status": status, "message": ""}),
-                              (stages.path(self.plan, "reports", "info", tile + ".json"), content)):
+                              (records.path(self.plan, "reports", "info", tile + ".json"), content)):
             os.makedirs(os.path.dirname(target), exist_ok=True)
             pathlib.Path(target).write_text(json.dumps(value), encoding="utf-8")
 
