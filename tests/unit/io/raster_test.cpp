@@ -13,6 +13,7 @@
 
 #include "core/base/error.h"
 #include "core/base/random.h"
+#include "tests/support/foreign_tiff.h"
 #include "tests/support/full_disk.h"
 #include "tests/support/temporary_folder.h"
 
@@ -20,6 +21,7 @@ namespace cornice {
 namespace {
 
 namespace fs = std::filesystem;
+using test::ForeignTiff;
 using test::read_text;
 using test::TemporaryFolder;
 using test::write_text;
@@ -51,33 +53,6 @@ std::string problem_of(const fs::path& path) {
   }
   return "accepted";
 }
-
-/// A small GeoTIFF as other programs write them.
-class ForeignTiff {
- public:
-  ForeignTiff(const fs::path& path, int width, int height, GDALDataType type) {
-    GDALAllRegister();
-    dataset_ =
-        GDALCreate(GDALGetDriverByName("GTiff"), path.c_str(), width, height, 1, type, nullptr);
-    transform({0.0, 1.0, 0.0, 0.0, 0.0, -1.0});
-  }
-  ~ForeignTiff() { GDALClose(dataset_); }
-  ForeignTiff(const ForeignTiff&) = delete;
-  ForeignTiff& operator=(const ForeignTiff&) = delete;
-  void transform(std::array<double, 6> t) { GDALSetGeoTransform(dataset_, t.data()); }
-  GDALRasterBandH band() { return GDALGetRasterBand(dataset_, 1); }
-  GDALDatasetH dataset() { return dataset_; }
-  void fill(std::vector<double> values) {
-    const int width = GDALGetRasterXSize(dataset_);
-    const int height = GDALGetRasterYSize(dataset_);
-    ASSERT_EQ(GDALRasterIO(band(), GF_Write, 0, 0, width, height, values.data(), width, height,
-                           GDT_Float64, 0, 0),
-              CE_None);
-  }
-
- private:
-  GDALDatasetH dataset_ = nullptr;
-};
 
 TEST(Cog, KeepsValuesGridNoDataAndCrs) {
   const TemporaryFolder folder;

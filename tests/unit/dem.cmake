@@ -1,0 +1,3 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+cornice_test(dem unit/dem/grid_surface_test.cpp unit/dem/layers_test.cpp
+             LIBS cornice_dem cornice_mesh cornice_test_meshes)
