@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+
+#include "bench/cracks/checker.h"
+#include "core/base/random.h"
+#include "core/mesh/surface_distance.h"
+#include "tests/property/hlod/cluster_hierarchy.h"
+#include "tests/support/hlod_cells.h"
+#include "tests/support/meshes.h"
+
+namespace cornice::hlod {
+namespace {
+
+using bench::CrackChecker;
+using bench::Drawn;
+using bench::Hierarchy;
+
+struct Case {
+  std::string name;
+  Mesh mesh;
+  test::ClusterOptions options;
+};
+
+/// Square ground 64 m wide, 0.9 m triangles; a ridge and a valley.
+Mesh ground() {
+  return test::height_mesh(0.0, 0.0, 80, 0.8, [](double x, double y) {
+    return 20.0 + 7.0 * std::exp(-0.02 * (x - 40.0) * (x - 40.0)) + std::sin(0.3 * y);
+  });
+}
+
+std::vector<Case> cases() {
+  std::vector<Case> list;
+  for (const Partition partition : {Partition::kQuadtree, Partition::kOctree}) {
+    for (const double share : {0.13, 0.25, 0.45}) {
+      test::ClusterOptions options;
+      options.partition = partition;
+      options.edge_share = share;
+      const std::string name = partition == Partition::kOctree ? "octree" : "quadtree";
+      list.push_back({name + " ground " + std::to_string(share), ground(), options});
+      options.root_side_m = 48.0;
+      options.finest_level = 2;
+      list.push_back({name + " overhang " + std::to_string(share),
+                      test::overhang_mesh(60, 40, 6, 0.5), options});
+      Mesh ball = test::sphere_mesh(30.0, 5);
+      ball.origin = {1000.0, 2000.0, 300.0};
+      list.push_back({name + " ball " + std::to_string(share), ball, options});
+    }
+  }
+  return list;
+}
+
+/// Eyes in, on, above and far from the hierarchy, on the borders of cells and beside them.
+FinePoint random_eye(const Tree& tree, CounterRandom& random) {
+  FinePoint low = tree.cells.front().lowest, high = tree.cells.front().highest;
+  for (const TreeCell& root : tree.level(0)) {
+    low = {std::min(low.x, root.lowest.x), std::min(low.y, root.lowest.y),
+           std::min(low.z, root.lowest.z)};
+    high = {std::max(high.x, root.highest.x), std::max(high.y, root.highest.y),
+            std::max(high.z, root.highest.z)};
+  }
+  const double spread = std::pow(4.0, random.uniform(-2.0, 3.0));
+  const auto one = [&](std::int32_t a, std::int32_t b) {
+    const double middle = 0.5 * (double{1} * a + b), half = 0.5 * (double{1} * b - a) + 1.0;
+    double x = middle + random.uniform(-1.0, 1.0) * half * spread;
+    if (random.uniform() < 0.3) {
+      const int level = static_cast<int>(random.uniform(0.0, tree.metric.finest_level + 0.999));
+      const double side = tree.metric.side(level);
+      x = std::round(x / side) * side + std::floor(random.uniform(-1.0, 2.0));
+    }
+    return static_cast<std::int32_t>(std::clamp(x, -0x1p30, 0x1p30));
+  };
+  return {one(low.x, high.x), one(low.y, high.y), one(low.z, high.z)};
+}
+
+/// Any radii that obey the rule, as tight as it allows in places.
+Radii random_radii(const Metric& metric, CounterRandom& random) {
+  Radii radii;
+  std::int64_t radius = 0;
+  for (int l = metric.finest_level - 1; l >= 0; --l) {
+    const double more = random.uniform() < 0.4 ? 0.0 : random.uniform(0.0, 2.0) * metric.side(l);
+    const bool is_last = l == metric.finest_level - 1;
+    if (is_last) radius = static_cast<std::int64_t>(random.uniform(-2.0, 3.0) * metric.side(l));
+    if (!is_last) radius += metric.gap(l + 1) + static_cast<std::int64_t>(more);
+    radii.of[static_cast<std::size_t>(l)] = radius;
+  }
+  settle(radii, metric);
+  return radii;
+}
+
+std::vector<std::uint8_t> random_residency(const Tree& tree, CounterRandom& random) {
+  std::vector<std::uint8_t> is_loaded(tree.cells.size(), 0);
+  const double share = random.uniform(0.6, 1.0);
+  for (std::size_t c = 0; c < tree.level(0).size(); ++c) is_loaded[c] = 1;
+  for (const TreeCell& cell : tree.cells) {
+    const std::size_t own = static_cast<std::size_t>(&cell - tree.cells.data());
+    for (std::uint32_t n = 0; n < cell.children; ++n) {
+      is_loaded[cell.first_child + n] = is_loaded[own] != 0 && random.uniform() < share ? 1 : 0;
+    }
+  }
+  return is_loaded;
+}
+
+std::string text(const Drawn& d) {
+  return std::to_string(d.cells) + " cells, " + std::to_string(d.triangles) + " triangles";
+}
+
+TEST(Cracks, NoneForRandomEyesAndAnyRadiiThatObeyTheRule) {
+  for (const Case& c : cases()) {
+    const Hierarchy hierarchy = test::cluster_hierarchy(c.mesh, c.options);
+    CrackChecker checker(hierarchy);
+    ASSERT_LE(checker.parent_share(), 1.0) << c.name;
+    ASSERT_LE(checker.edge_share(), 1.0) << c.name;
+    std::uint64_t mixed = 0;
+    for (std::uint64_t i = 0; i < 60; ++i) {
+      CounterRandom random(1, 5, i);
+      const FinePoint eye = random_eye(checker.tree(), random);
+      const Radii radii = random_radii(checker.tree().metric, random);
+      ASSERT_TRUE(obeys_rule(radii, checker.tree().metric));
+      const Drawn drawn = checker.check(eye, radii);
+      ASSERT_EQ(drawn.open_edges, 0u) << c.name << " eye " << i << ": " << text(drawn);
+      ASSERT_EQ(drawn.level_jumps, 0u) << c.name << " eye " << i << ": " << text(drawn);
+      mixed += drawn.degenerate > 0 ? 1 : 0;
+    }
+    EXPECT_GT(mixed, 5u) << c.name << ": hardly anything was morphed";
+  }
+}
+
+TEST(Cracks, NoneWhileAnythingIsMissing) {
+  for (const Case& c : cases()) {
+    const Hierarchy hierarchy = test::cluster_hierarchy(c.mesh, c.options);
+    CrackChecker checker(hierarchy);
+    const Tree& tree = checker.tree();
+    Selection selection;
+    for (std::uint64_t i = 0; i < 30; ++i) {
+      CounterRandom random(2, 5, i);
+      const FinePoint eye = random_eye(tree, random);
+      Radii radii = random_radii(tree.metric, random);
+      const std::vector<std::uint8_t> is_loaded = random_residency(tree, random);
+      hold_to_loaded(tree, is_loaded, eye, {}, radii);
+      ASSERT_TRUE(obeys_rule(radii, tree.metric));
+      select(tree, radii, eye, {}, selection);
+      for (const std::uint32_t cell : selection.cells) ASSERT_EQ(is_loaded[cell], 1);
+      const Drawn drawn = checker.check(eye, radii);
+      ASSERT_EQ(drawn.open_edges + drawn.level_jumps, 0u) << c.name << " eye " << i;
+    }
+  }
+}
+
+// The rule is needed: with radii that are nearer to each other there are cracks, and the checker
+// sees them.
+TEST(Cracks, AreFoundWhereTheRuleIsBroken) {
+  const Case c = cases()[1];
+  const Hierarchy hierarchy = test::cluster_hierarchy(cases()[0].mesh, c.options);
+  CrackChecker checker(hierarchy);
+  const Metric& metric = checker.tree().metric;
+  std::uint64_t open = 0;
+  for (std::uint64_t i = 0; i < 40; ++i) {
+    CounterRandom random(3, 5, i);
+    Radii radii;
+    for (int l = 0; l < metric.finest_level; ++l) {
+      radii.of[static_cast<std::size_t>(l)] =
+          metric.side(1) / 2 + (metric.finest_level - l) * (2 * metric.share(1) + 64);
+    }
+    radii.of[static_cast<std::size_t>(metric.finest_level)] = -metric.side(1) * 4;
+    ASSERT_FALSE(obeys_rule(radii, metric));
+    open += checker.check(random_eye(checker.tree(), random), radii).open_edges;
+  }
+  EXPECT_GT(open, 0u);
+}
+
+TEST(Cracks, NoneAlongAPathAndNoVertexJumps) {
+  for (const std::size_t which : {std::size_t{0}, std::size_t{4}, std::size_t{10}}) {
+    const Case c = cases()[which];
+    const Hierarchy hierarchy = test::cluster_hierarchy(c.mesh, c.options);
+    CrackChecker checker(hierarchy);
+    const Tree& tree = checker.tree();
+    const std::vector<float> reach = reaches(tree, 12.0);
+    const std::int32_t root = tree.metric.side(0);
+    const std::int32_t step = root / 4096;
+    std::vector<FinePoint> before;
+    std::int32_t largest = 0;
+    for (std::int32_t i = 0; i < 1500; ++i) {
+      const double t = i / 1500.0;
+      const FinePoint eye{-root / 8 + i * step,
+                          static_cast<std::int32_t>(root * (0.5 + 0.1 * std::sin(3.0 * t))),
+                          static_cast<std::int32_t>(root * 0.4)};
+      const Radii radii = radii_for_eye(tree, reach, eye);
+      const Drawn drawn = checker.check(eye, radii);
+      ASSERT_EQ(drawn.open_edges + drawn.level_jumps, 0u) << c.name << " " << i;
+      std::vector<FinePoint> now = checker.finest_vertices();
+      for (FinePoint& p : now) p += eye;
+      for (std::size_t v = 0; i > 0 && v < now.size(); ++v) {
+        const FinePoint way = now[v] - before[v];
+        largest = std::max({largest, std::abs(way.x), std::abs(way.y), std::abs(way.z)});
+      }
+      before = std::move(now);
+    }
+    // A vertex goes at most s0/2 of a cell side while the distance changes by the band, which is a
+    // sixteenth of the side at least; the eye moves by up to `step` and radii twice as fast.
+    EXPECT_GT(largest, 0);
+    EXPECT_LE(largest, 3.0 * 8.0 * tree.metric.edge_share * step + 4.0) << c.name;
+  }
+}
+
+TEST(Cracks, WhatIsDrawnStaysWithinTheErrorsOfItsCells) {
+  for (const std::size_t which : {std::size_t{0}, std::size_t{1}, std::size_t{12}}) {
+    const Case c = cases()[which];
+    const Hierarchy hierarchy = test::cluster_hierarchy(c.mesh, c.options);
+    CrackChecker checker(hierarchy);
+    const Tree& tree = checker.tree();
+    const float step = static_cast<float>(tree.lattice.step(tree.metric.finest_level));
+    const auto surface = [&](FinePoint eye) {
+      Mesh mesh;
+      for (const auto& corners : checker.triangles()) {
+        const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+        for (const FinePoint p : corners) mesh.positions.push_back(step * (p + eye).cast<float>());
+        mesh.triangles.push_back({first, first + 1, first + 2});
+      }
+      return mesh;
+    };
+    Radii finest;
+    for (int l = 0; l < tree.metric.finest_level; ++l) {
+      finest.of[static_cast<std::size_t>(l)] = std::int64_t{1} << (30 - l);
+    }
+    settle(finest, tree.metric);
+    checker.check({0, 0, 0}, finest);
+    const Mesh truth = surface({0, 0, 0});
+    const TriangleTree truth_tree(truth.positions, truth.triangles, 1);
+    for (std::uint64_t i = 0; i < 6; ++i) {
+      CounterRandom random(4, 5, i);
+      const FinePoint eye = random_eye(tree, random);
+      const Radii radii = random_radii(tree.metric, random);
+      checker.check(eye, radii);
+      const Mesh drawn = surface(eye);
+      if (drawn.triangles.empty()) continue;
+      const TriangleTree drawn_tree(drawn.positions, drawn.triangles, 1);
+      const float distance = measure_distance(drawn_tree, truth_tree, 0.5f, 1).hausdorff_m();
+      ASSERT_LE(distance, checker.error_bound_m() + 4.0 * step) << c.name << " eye " << i;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace cornice::hlod
