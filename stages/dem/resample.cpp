@@ -14,7 +14,7 @@ constexpr float kNothing = std::numeric_limits<float>::quiet_NaN();
 constexpr double kRounding = 1e-6;
 /// Side of what is resampled at once, in pixels of the finer grid: 16 MiB of heights.
 constexpr double kBlockSide = 2048.0;
-/// Of the area of a pixel, what must have data for a mean.
+/// Of the places in a pixel, how many must have data for a mean.
 constexpr double kMeanShare = 0.5;
 
 /// Columns and rows of a file, in doubles: where a place falls between them.
@@ -34,30 +34,6 @@ void clamp_range(double low, double high, int count, int& first, int& size) {
   first = static_cast<int>(std::clamp(std::floor(low) - 1.0, 0.0, count - 1.0));
   const int last = static_cast<int>(std::clamp(std::floor(high) + 1.0, 0.0, count - 1.0));
   size = last - first + 1;
-}
-
-float mean(const Source& source, double west, double east, double north, double south) {
-  double sum = 0.0, weight = 0.0;
-  const int last_col = source.head.width - 1, last_row = source.head.height - 1;
-  const int col0 = static_cast<int>(std::clamp(std::floor(west), 0.0, last_col * 1.0));
-  const int col1 = static_cast<int>(std::clamp(std::floor(east), 0.0, last_col * 1.0));
-  const int row0 = static_cast<int>(std::clamp(std::floor(north), 0.0, last_row * 1.0));
-  const int row1 = static_cast<int>(std::clamp(std::floor(south), 0.0, last_row * 1.0));
-  double inside = 0.0;
-  for (int row = row0; row <= row1; ++row) {
-    const double tall = std::max(0.0, std::min(south, row + 1.0) - std::max(north, row * 1.0));
-    for (int col = col0; col <= col1; ++col) {
-      const double area =
-          tall * std::max(0.0, std::min(east, col + 1.0) - std::max(west, col * 1.0));
-      const float z = source.at(col, row);
-      inside += area;
-      if (std::isnan(z)) continue;
-      sum += area * static_cast<double>(z);
-      weight += area;
-    }
-  }
-  return weight > 0.0 && weight >= kMeanShare * inside ? static_cast<float>(sum / weight)
-                                                       : kNothing;
 }
 
 float bilinear(const Source& source, double col, double row) {
@@ -82,6 +58,27 @@ float bilinear(const Source& source, double col, double row) {
   return weight > 0.0 ? static_cast<float>(sum / weight) : kNothing;
 }
 
+/// Mean of `samples` x `samples` places spread evenly over a pixel from (col, row) to as much as
+/// `side` further, in pixels of the file; those beside the file do not count.
+float mean(const Source& source, double col, double row, double side, int samples) {
+  double sum = 0.0;
+  int held = 0, inside = 0;
+  for (int j = 0; j < samples; ++j) {
+    const double y = row + side * (j + 0.5) / samples;
+    if (y < 0.0 || y > source.head.height) continue;
+    for (int i = 0; i < samples; ++i) {
+      const double x = col + side * (i + 0.5) / samples;
+      if (x < 0.0 || x > source.head.width) continue;
+      ++inside;
+      const float z = bilinear(source, x, y);
+      if (std::isnan(z)) continue;
+      sum += static_cast<double>(z);
+      ++held;
+    }
+  }
+  return held > 0 && held >= kMeanShare * inside ? static_cast<float>(sum / held) : kNothing;
+}
+
 void resample_block(RasterFile& file, const PixelRect& block, double step, float* to,
                     std::size_t stride) {
   const RasterHead& head = file.head();
@@ -97,16 +94,15 @@ void resample_block(RasterFile& file, const PixelRect& block, double step, float
   source.values.resize(width * static_cast<std::size_t>(source.height));
   file.read(source.first_col, source.first_row, source.width, source.height, source.values.data(),
             width);
-  const bool is_coarser = step > head.step * (1.0 + kRounding);
+  const double side = step / head.step;
+  const int samples = static_cast<int>(std::ceil(side - kRounding));
   for (std::int64_t row = 0; row < block.height; ++row) {
-    const double top = -edge(block.row + row);
+    const double top = row_of(-edge(block.row + row));
     float* line = to + static_cast<std::size_t>(row) * stride;
     for (std::int64_t col = 0; col < block.width; ++col) {
-      const double left = edge(block.col + col);
-      line[col] =
-          is_coarser
-              ? mean(source, col_of(left), col_of(left + step), row_of(top), row_of(top - step))
-              : bilinear(source, col_of(left + 0.5 * step), row_of(top - 0.5 * step));
+      const double left = col_of(edge(block.col + col));
+      line[col] = samples > 1 ? mean(source, left, top, side, samples)
+                              : bilinear(source, left + 0.5 * side, top + 0.5 * side);
     }
   }
 }

@@ -13,8 +13,9 @@ namespace cornice::dem {
 PixelRect resampled_rect(const RasterHead& head, double step);
 
 /// Heights of the pixels of `part`, which lies in resampled_rect(). Where the new pixels are
-/// larger: the mean over a pixel's area, where half of it has data; else bilinear between the
-/// centres, where the pixel that holds the place has data. A height depends on the file and its
+/// larger: the mean of bilinear heights spread over the pixel, where half of them have data; else
+/// the bilinear height at its centre. A place has a height where the file's pixel that holds it has
+/// one. A height depends on the file and its
 /// pixel alone, never on `part`. Row i at `to + i * stride`, rows from the north.
 void resample(RasterFile& file, const PixelRect& part, double step, float* to, std::size_t stride);
 
