@@ -17,6 +17,9 @@ void body(double tile_m, const Options& options, Result& result) {
   const ScratchFolder folder("pipeline");
   SurveyRunPlan plan;
   plan.tile_m = tile_m > 0.0 ? tile_m : options.quick ? 60.0 : 250.0;
+  // In the proportion of whole tiles: a halo of 40 m around 250 m would double the points of a
+  // tile.
+  plan.halo_m = 0.04 * plan.tile_m;
   plan.seed = options.seed;
   plan.threads = options.threads;
   const SurveyRun one = run_survey(plan, CORNICE_BIN_DIR, CORNICE_SCENES, folder / "one");
@@ -25,10 +28,12 @@ void body(double tile_m, const Options& options, Result& result) {
   const int tiles = plan.tiles_a_side * plan.tiles_a_side;
   const std::string side = std::to_string(plan.tiles_a_side);
   result.parameter("tile_m", plan.tile_m);
+  result.parameter("halo_m", plan.halo_m);
   result.parameter("points_one", static_cast<std::int64_t>(one.points));
   result.parameter("points_many", static_cast<std::int64_t>(many.points));
   result.figure("efficiency_" + side + "x" + side, many.wall_s / (tiles * one.wall_s));
   result.figure("stages_efficiency", many.seconds() / (tiles * one.seconds()));
+  result.figure("cpu_efficiency", many.cpu_seconds() / (tiles * one.cpu_seconds()));
   result.figure("wall_seconds_one", one.wall_s);
   result.figure("wall_seconds_many", many.wall_s);
   result.figure("stage_gib_max_one", one.gib());

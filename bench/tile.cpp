@@ -30,10 +30,12 @@ void body(const Own& own, const Options& options, Result& result) {
   result.parameter("tile_m", plan.tile_m);
   result.parameter("points", static_cast<std::int64_t>(run.points));
   result.figure("seconds", run.seconds());
+  result.figure("cpu_seconds", run.cpu_seconds());
   result.figure("wall_seconds", run.wall_s);
   result.figure("gib", run.gib());
   for (const auto& [name, cost] : run.stages) {
     result.figure("seconds_" + name, cost.seconds);
+    result.figure("cpu_seconds_" + name, cost.cpu_seconds);
     result.figure("gib_" + name, cost.gib);
   }
 }

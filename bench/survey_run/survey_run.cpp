@@ -47,14 +47,16 @@ void fly(const SurveyRunPlan& plan, const fs::path& programs, const fs::path& sc
               folder / "simulate.log");
 }
 
-std::map<std::string, StageCost> read_costs(const fs::path& reports) {
+/// From the records that `cornice run` keeps of its jobs.
+std::map<std::string, StageCost> read_costs(const fs::path& state) {
   std::map<std::string, StageCost> costs;
-  for (const auto& stage : fs::directory_iterator(reports)) {
+  for (const auto& stage : fs::directory_iterator(state)) {
     StageCost& cost = costs[stage.path().filename().string()];
     for (const auto& entry : fs::directory_iterator(stage.path())) {
-      const json report = read_json(entry.path());
-      cost.seconds += report.at("seconds").get<double>();
-      cost.gib = std::max(cost.gib, report.at("peak_memory_bytes").get<double>() / 0x1p30);
+      const json record = read_json(entry.path());
+      cost.seconds += record.at("seconds").get<double>();
+      cost.cpu_seconds += record.at("cpu_seconds").get<double>();
+      cost.gib = std::max(cost.gib, record.at("peak_memory_bytes").get<double>() / 0x1p30);
       ++cost.jobs;
     }
   }
@@ -66,6 +68,12 @@ std::map<std::string, StageCost> read_costs(const fs::path& reports) {
 double SurveyRun::seconds() const {
   double sum = 0.0;
   for (const auto& [name, cost] : stages) sum += cost.seconds;
+  return sum;
+}
+
+double SurveyRun::cpu_seconds() const {
+  double sum = 0.0;
+  for (const auto& [name, cost] : stages) sum += cost.cpu_seconds;
   return sum;
 }
 
@@ -81,13 +89,15 @@ SurveyRun run_survey(const SurveyRunPlan& plan, const fs::path& programs, const 
   fs::create_directories(folder);
   fly(plan, programs, scenes, folder);
   const fs::path output = folder / "output";
-  std::ofstream(folder / "survey.yaml") << "tiles: [survey]\noutput: output\nproduct: lidarhd\n";
+  std::ofstream(folder / "survey.yaml") << "tiles: [survey]\noutput: output\nproduct: lidarhd\n"
+                                        << "halo-m: " << plan.halo_m << "\n";
   SurveyRun run;
-  run.wall_s = run_program({programs / "cornice", "run", folder / "survey.yaml", "--no-progress",
-                            "--jobs", "1", "--threads", std::to_string(plan.threads)},
-                           folder / "run.log")
-                   .seconds;
-  run.stages = read_costs(output / "reports");
+  run.wall_s =
+      run_program({programs / "cornice", "run", folder / "survey.yaml", "--no-progress", "--until",
+                   "stitch", "--jobs", "1", "--threads", std::to_string(plan.threads)},
+                  folder / "run.log")
+          .seconds;
+  run.stages = read_costs(output / "state");
   for (const json& tile : read_json(output / "survey.json").at("tiles"))
     run.points += tile.at("points").get<std::uint64_t>();
   return run;

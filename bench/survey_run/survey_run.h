@@ -14,14 +14,16 @@ struct SurveyRunPlan {
   int tiles_a_side = 1;
   double tile_m = 1000.0;
   double density = 20.4;  ///< points/m²
+  double halo_m = 40.0;
   std::uint64_t seed = 1;
   int threads = 2;
 };
 
 /// Of all jobs of one stage.
 struct StageCost {
-  double seconds = 0.0;  ///< sum over the jobs
-  double gib = 0.0;      ///< most resident memory of one job
+  double seconds = 0.0;      ///< wall clock, sum over the jobs
+  double cpu_seconds = 0.0;  ///< of all threads, sum over the jobs
+  double gib = 0.0;          ///< most resident memory of one job
   std::uint64_t jobs = 0;
 };
 
@@ -30,8 +32,9 @@ struct SurveyRun {
   double wall_s = 0.0;  ///< of `cornice run`, its report included
   std::map<std::string, StageCost> stages;
 
-  double seconds() const;  ///< of all jobs
-  double gib() const;      ///< of the hungriest job
+  double seconds() const;      ///< of all jobs
+  double cpu_seconds() const;  ///< of all jobs
+  double gib() const;          ///< of the hungriest job
 };
 
 /// Flies the survey below `folder` (what is there is removed) and runs it with the programs beside

@@ -66,6 +66,10 @@ def describe(error):
     elif error.validator == "required":
         missing = next(key for key in error.validator_value if key not in error.instance)
         where, problem = key_text(list(error.absolute_path) + [missing]), "is missing"
+    elif error.validator == "dependencies":
+        where, problem = next((key, f"needs the section \"{needs[0]}\"")
+                              for key, needs in error.validator_value.items()
+                              if key in error.instance and needs[0] not in error.instance)
     else:
         where, problem = key_text(error.absolute_path), error.message
         meaning = error.schema.get("description")
@@ -89,21 +93,29 @@ def read(config_path, schema_path):
         raise ConfigError(f"{config_path}: is empty, or no map of keys and values")
     config = {key: {} if value is None else value for key, value in config.items()}
     check(config_path, config, schema_path)
+    if config.get("stitch", {}).get("format", "ply") != "ply":
+        for key in ("hlod", "compare"):
+            if key in config:
+                raise ConfigError(f"{config_path}: {key}: reads .ply, not the stitch.format that is "
+                                  "asked for")
     return config
 
 
-def tile_files(config_path, patterns):
-    """The files that patterns stand for, relative to the configuration's folder, sorted."""
+def files(config_path, key, patterns, endings):
+    """The files that a key's patterns stand for, relative to the configuration's folder, sorted; of
+    folders those with one of the endings."""
     folder = os.path.dirname(os.path.abspath(config_path))
-    files = []
+    listed = []
     for pattern in patterns:
         full = os.path.join(folder, os.path.expanduser(pattern))
         found = [full] if os.path.exists(full) else glob.glob(full, recursive=True)
         if not found:
-            raise ConfigError(f"{config_path}: tiles: {pattern}: no such file")
+            raise ConfigError(f"{config_path}: {key}: {pattern}: no such file")
         for name in found:
             inside = [os.path.join(name, entry) for entry in os.listdir(name)
-                      if entry.lower().endswith((".laz", ".las", ".las.zip"))
-                      ] if os.path.isdir(name) else [name]
-            files += [os.path.normpath(entry) for entry in inside]
-    return sorted(set(files))
+                      if entry.lower().endswith(endings)] if os.path.isdir(name) else [name]
+            if not inside:
+                raise ConfigError(f"{config_path}: {key}: {pattern}: holds no "
+                                  f"{', '.join(endings)}")
+            listed += [os.path.normpath(entry) for entry in inside]
+    return sorted(set(listed))

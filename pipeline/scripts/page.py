@@ -65,6 +65,10 @@ def paragraph(text, kind=""):
     return f"<p{f' class={kind}' if kind else ''}>{escape(text)}</p>"
 
 
+def link(target, text):
+    return f"<p><a href='{escape(target)}'>{escape(text)}</a></p>"
+
+
 def picture(picture_path, caption):
     kind = mimetypes.guess_type(picture_path)[0]
     if kind not in ("image/png", "image/jpeg"):

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The report of a survey's run: one HTML page that needs no other file."""
 
-import json
 import os
 import statistics
 import subprocess
@@ -15,31 +14,35 @@ MOST_MESHES_DRAWN = 36
 MOST_POINTS_DRAWN = 30_000_000
 
 
-def read_reports(plan):
-    """{stage: {tile: report of the stage's program}} of all jobs that left one."""
-    found = {}
-    for stage, tile in stages.jobs(plan):
+def read_reports(plan, found):
+    """{stage: {tile: report of the stage's program}} of all jobs that succeeded and left one."""
+    reports = {}
+    for (stage, tile), record in found.items():
         target = records.report_path(plan, stage, tile)
-        if records.has_succeeded(plan, stage, tile) and os.path.exists(target):
-            with open(target, encoding="utf-8") as file:
-                found.setdefault(stage, {})[tile] = json.load(file)
-    return found
+        if record["status"] == "done" and os.path.exists(target):
+            reports.setdefault(stage, {})[tile] = records.read_json(target)
+    return reports
 
 
-def stage_table(plan, reports):
+def stage_table(plan, found, reports):
+    """found: the records of all jobs that ended, {(stage, tile): record}."""
     head = [("stage", False), ("jobs", True), ("seconds", True), ("longest", True),
-            ("peak memory", True), ("warnings", True), ("not done", True)]
+            ("CPU seconds", True), ("peak memory", True), ("warnings", True), ("not done", True)]
     rows = []
-    for name in stages.STAGES:
-        jobs = [job for job in stages.jobs(plan) if job[0] == name]
-        if not jobs:
-            continue
-        of_stage = reports.get(name, {}).values()
-        seconds = [report["seconds"] for report in of_stage]
-        memory = max((report["peak_memory_bytes"] for report in of_stage), default=0)
-        rows.append([name, len(jobs), round(sum(seconds), 1), round(max(seconds, default=0.0), 1),
-                     page.bytes_text(memory), sum(len(report["warnings"]) for report in of_stage),
-                     len(jobs) - len(seconds)])
+    for stage in stages.active(plan):
+        ended = [record for job, record in found.items()
+                 if job[0] == stage.name and record["status"] == "done"]
+        count = len(stages.tiles_of(plan, stage))
+        rows.append([stage.name, count, *(round(value, 1) for value in (
+            sum(record["seconds"] for record in ended),
+            max((record["seconds"] for record in ended), default=0.0),
+            sum(record["cpu_seconds"] for record in ended))),
+            page.bytes_text(max((record["peak_memory_bytes"] for record in ended), default=0)),
+            sum(len(report["warnings"]) for report in reports.get(stage.name, {}).values()),
+            count - len(ended)])
+    rows.append(["all", *(round(sum(row[column] for row in rows), 1) for column in (1, 2)), "",
+                 round(sum(row[4] for row in rows), 1), "", *(sum(row[column] for row in rows)
+                                                              for column in (6, 7))])
     return page.table(head, rows)
 
 
@@ -67,7 +70,7 @@ def stage_section(name, reports):
     for tile, report in reports.items():
         for text in report["warnings"]:
             warnings.setdefault(text, []).append(tile)
-    parts = [f"<h2>{page.escape(name)}</h2>"]
+    parts = [f"<h2>{page.escape(stages.STAGES[name].title)}</h2>"]
     for text, tiles in warnings.items():
         parts.append(page.paragraph(text if len(tiles) == 1 else f"{text} ({len(tiles)} tiles)",
                                     "warning"))
@@ -112,10 +115,8 @@ def draw(plan, name, words):
 
 def wanted_pictures(plan):
     """(name, caption, words of cornice-picture) of what can be shown; large surveys show a part."""
-    meshes = sorted(os.path.join(stages.mesh_folder(plan), name)
-                    for name in os.listdir(stages.mesh_folder(plan)) if name.endswith(".ply")
-                    ) if records.has_succeeded(plan, "stitch", records.SURVEY) else []
-    meshes = meshes[:MOST_MESHES_DRAWN]
+    is_stitched = records.has_succeeded(plan, "stitch", records.SURVEY)
+    meshes = stages.meshes(plan)[:MOST_MESHES_DRAWN] if is_stitched else []
     tiles, points = [], 0
     for name in stages.readable(plan, "info"):
         points += plan["tiles"][name]["points"]
@@ -139,6 +140,23 @@ def wanted_pictures(plan):
     return wanted
 
 
+# Of cornice-compare's pictures those that say most: (file, caption).
+COMPARED = (("difference.png", "Height of the mesh above the elevation model, metres"),
+            ("distance_B.png", "Distance of the mesh from the elevation model: walls show here"),
+            ("overhangs_B.png", "Overhangs, which an elevation model cannot hold"))
+
+
+def comparison(plan, found):
+    """The pictures of the comparison, and where there is more of it."""
+    record = found.get(("compare", records.SURVEY))
+    if record is None or record["status"] != "done":
+        return ""
+    folder = stages.comparison_folder(plan)
+    body = "".join(page.picture(os.path.join(folder, name), caption) for name, caption in COMPARED
+                   if os.path.exists(os.path.join(folder, name)))
+    return body + page.link("compare/index.html", "The whole comparison")
+
+
 def summary(plan, reports):
     points = sum(entry["points"] for entry in plan["tiles"].values())
     area = sum((box[2] - box[0]) * (box[3] - box[1])
@@ -155,15 +173,19 @@ def summary(plan, reports):
 
 def write(plan, failed):
     """Writes report.html into the output folder; returns its path."""
-    reports = read_reports(plan)
+    found = {job: record for job in stages.jobs(plan)
+             if (record := records.read(plan, *job)) is not None}
+    reports = read_reports(plan, found)
     body = summary(plan, reports) + failure_section(plan, failed)
     body += "".join(page.paragraph(text, "warning") for text in plan["warnings"])
     for name, caption, words in wanted_pictures(plan):
         drawn = draw(plan, name, words)
         body += page.picture(drawn, caption) if drawn else page.paragraph(
             f"The picture \"{name}\" could not be drawn, see logs/pictures/{name}.log.", "warning")
-    body += "<h2>What ran</h2>" + stage_table(plan, reports)
-    body += "".join(stage_section(name, of_stage) for name, of_stage in reports.items())
+    body += "<h2>What ran</h2>" + stage_table(plan, found, reports)
+    for name, of_stage in reports.items():
+        body += stage_section(name, of_stage)
+        body += comparison(plan, found) if name == "compare" else ""
     target = records.path(plan, "report.html")
     with open(target + ".partial", "w", encoding="utf-8") as file:
         file.write(page.document(plan["config"].get("title", "Survey"), body))

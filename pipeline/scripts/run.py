@@ -19,6 +19,8 @@ import watch
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 DONE, FAILED, USAGE = 0, 1, 2
+DEM_ENDINGS = (".tif", ".tiff", ".asc")
+TILE_ENDINGS = (".laz", ".las", ".las.zip")
 NOT_ENDED = "did not end"
 
 
@@ -88,6 +90,8 @@ def make_plan(arguments, config, files, output):
         "tiles": {tile["name"]: {"modified": todo.modified(tile["path"]), **{
             key: tile[key] for key in ("path", "points", "bytes", "box", "neighbours")}}
             for tile in survey["tiles"] if not tile["problem"]},
+        "dem": {name: todo.modified(name) for name in configuration.files(
+            arguments.config, "dem.files", config.get("dem", {}).get("files", []), DEM_ENDINGS)},
         "unusable": {tile["path"]: tile["problem"] for tile in survey["tiles"] if tile["problem"]},
         "warnings": survey["warnings"],
     }
@@ -197,10 +201,12 @@ def run(arguments):
     config = configuration.read(arguments.config, os.path.join(share_folder(),
                                                                "config.schema.json"))
     patterns = [os.path.abspath(name) for name in arguments.tiles] or config.get("tiles", [])
+    if arguments.until and not stages.STAGES[arguments.until].is_wanted(config):
+        raise RunError(USAGE, f"--until: {arguments.until}: {arguments.config} does not ask for it")
     if not patterns:
         raise RunError(USAGE, f"{arguments.config}: tiles: is missing; say it there or behind the "
                               "configuration")
-    files = configuration.tile_files(arguments.config, patterns)
+    files = configuration.files(arguments.config, "tiles", patterns, TILE_ENDINGS)
     folder = os.path.dirname(os.path.abspath(arguments.config))
     output = os.path.abspath(arguments.output or os.path.join(folder, config.get("output", "")))
     if not arguments.output and not config.get("output"):
@@ -222,8 +228,12 @@ def run(arguments):
     tell_end(plan, failed, code, os.path.join(output, "snakemake.log"))
     page = report.write(plan, failed)
     say(f"report: {page}")
-    if arguments.until == "stitch" and records.has_succeeded(plan, "stitch", records.SURVEY):
-        say(f"mesh: {stages.mesh_folder(plan)}")
+    for name, result in (("stitch", f"mesh: {stages.mesh_folder(plan)}"),
+                         ("hlod", f"hierarchy: {stages.hierarchy_path(plan)}"),
+                         ("compare", f"comparison: {stages.comparison_folder(plan)}/index.html")):
+        if (name, records.SURVEY) in stages.jobs(plan) and records.has_succeeded(
+                plan, name, records.SURVEY):
+            say(result)
     lock.close()
     return FAILED if code != 0 or failed or plan["unusable"] else DONE
 
@@ -237,7 +247,7 @@ def parse(words):
                         help="instead of the configuration's: files, folders, patterns")
     parser.add_argument("-o", "--output", metavar="FOLDER", help="instead of the configuration's")
     parser.add_argument("-n", "--dry-run", action="store_true", help="says what would be done")
-    parser.add_argument("--until", choices=stages.STAGES, default="stitch", metavar="STAGE",
+    parser.add_argument("--until", choices=stages.STAGES, default="", metavar="STAGE",
                         help="last stage to run: " + ", ".join(stages.STAGES))
     parser.add_argument("--profile", default="local", metavar="NAME",
                         help="local, slurm, or the folder of a Snakemake profile (default local)")

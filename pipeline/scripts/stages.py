@@ -6,6 +6,7 @@ only. A job is a stage and a tile, or a stage and the survey (tile "survey").
 """
 
 import dataclasses
+import os
 from typing import Callable
 
 from records import SURVEY, has_succeeded, path, succeeded
@@ -21,6 +22,7 @@ class Stage:
     """One kind of job."""
 
     name: str
+    title: str  # of its section in the report
     program: str  # cornice-PROGRAM runs it; the configuration's section of this name is its options
     per_tile: bool
     # (stage, scope): "own" the same tile's job, "around" also its neighbours', "all" every tile's,
@@ -31,6 +33,8 @@ class Stage:
     outputs: Callable  # (plan, tile) -> paths that the job leaves
     bytes_per_point: int  # peak memory, measured; for the scheduler
     seconds_per_million: float  # points, on one core; a first guess for the time left
+    is_wanted: Callable = lambda config: True
+    reads: str = ""  # entry of the plan with files, not tiles, that it reads: {path: modified}
 
 
 def flags(plan, section, skip=(), only=None):
@@ -105,6 +109,18 @@ def mesh_folder(plan):
     return path(plan, "mesh")
 
 
+def hierarchy_path(plan):
+    return path(plan, "survey.hlod")
+
+
+def dem_folder(plan):
+    return path(plan, "dem")
+
+
+def comparison_folder(plan):
+    return path(plan, "compare")
+
+
 # Commands ----------------------------------------------------------------------------------------
 
 
@@ -161,31 +177,71 @@ def stitch_command(plan, _):
     return ["cornice-stitch"] + tiles + ["-o", mesh_folder(plan)] + flags(plan, "stitch")
 
 
+def meshes(plan):
+    """The tiles of the stitched mesh."""
+    folder = mesh_folder(plan)
+    return [os.path.join(folder, name) for name in sorted(os.listdir(folder))
+            if name.endswith(".ply")]
+
+
+def hlod_command(plan, _):
+    return (["cornice-hlod", "build"] + meshes(plan) + ["-o", hierarchy_path(plan)] +
+            flags(plan, "hlod"))
+
+
+def dem_command(plan, _):
+    return (["cornice-dem"] + list(plan["dem"]) + ["-o", dem_folder(plan)] + crs_flags(plan) +
+            flags(plan, "dem", skip=("files",)))
+
+
+def compare_command(plan, _):
+    """The elevation model is the reference: what lies above it counts as positive."""
+    listed = path(plan, "dem-files.txt")
+    with open(listed, "w", encoding="utf-8") as file:
+        file.write("\n".join(plan["dem"]) + "\n")
+    return (["cornice-compare", listed, mesh_folder(plan), "-o", comparison_folder(plan)] +
+            flags(plan, "compare"))
+
+
+def makes_ply(config):
+    return config.get("stitch", {}).get("format", "ply") == "ply"
+
+
 STAGES = {stage.name: stage for stage in (
-    Stage("info", "info", True, (), info_command, lambda plan, tile: [], 60, 1.5),
-    Stage("flightlines", "flightlines", False, (("info", "all"),), flightlines_command,
-          lambda plan, tile: [lines_path(plan)], 4, 1.0),
-    Stage("normals", "normals", True,
+    Stage("info", "What is in the tiles", "info", True, (), info_command,
+          lambda plan, tile: [], 60, 1.5),
+    Stage("flightlines", "Flight lines", "flightlines", False, (("info", "all"),),
+          flightlines_command, lambda plan, tile: [lines_path(plan)], 4, 1.0),
+    Stage("normals", "Normals", "normals", True,
           (("info", "own"), ("info", "around"), ("flightlines", "survey")),
           normals_command, lambda plan, tile: [points_path(plan, tile)], 130, 3.0),
-    Stage("solve", "poisson", True, (("normals", "own"),), solve_command,
-          lambda plan, tile: [field_path(plan, tile), band_path(plan, tile)], 320, 3.0),
-    Stage("extract", "poisson", True, (("solve", "own"), ("solve", "around")), extract_command,
-          lambda plan, tile: [surface_path(plan, tile)], 200, 1.0),
-    Stage("trim", "trim", True, (("extract", "own"),), trim_command,
+    Stage("solve", "Field around the surface", "poisson", True, (("normals", "own"),),
+          solve_command, lambda plan, tile: [field_path(plan, tile), band_path(plan, tile)],
+          320, 3.0),
+    Stage("extract", "Surface", "poisson", True, (("solve", "own"), ("solve", "around")),
+          extract_command, lambda plan, tile: [surface_path(plan, tile)], 200, 1.0),
+    Stage("trim", "Trimming", "trim", True, (("extract", "own"),), trim_command,
           lambda plan, tile: [trimmed_path(plan, tile)], 150, 0.5),
-    Stage("remesh", "remesh", True, (("trim", "own"),), remesh_command,
+    Stage("remesh", "Remeshing", "remesh", True, (("trim", "own"),), remesh_command,
           lambda plan, tile: [remeshed_path(plan, tile)], 200, 3.0),
-    Stage("stitch", "stitch", False, (("remesh", "all"),), stitch_command,
+    Stage("stitch", "Stitching", "stitch", False, (("remesh", "all"),), stitch_command,
           lambda plan, tile: [mesh_folder(plan)], 10, 0.5),
+    Stage("hlod", "Levels of detail", "hlod", False, (("stitch", "survey"),), hlod_command,
+          lambda plan, tile: [hierarchy_path(plan)], 100, 0.5, makes_ply),
+    Stage("dem", "Elevation model", "dem", False, (), dem_command,
+          lambda plan, tile: [dem_folder(plan)], 30, 0.2, lambda config: "dem" in config, "dem"),
+    Stage("compare", "Mesh against elevation model", "compare", False, (("stitch", "survey"),),
+          compare_command, lambda plan, tile: [comparison_folder(plan)], 60, 1.0,
+          lambda config: "dem" in config and makes_ply(config), "dem"),
 )}
 
 
 def active(plan):
-    """The stages up to plan["until"], in their order."""
+    """The stages that the configuration asks for up to plan["until"], in their order."""
     listed = []
     for stage in STAGES.values():
-        listed.append(stage)
+        if stage.is_wanted(plan["config"]):
+            listed.append(stage)
         if stage.name == plan["until"]:
             break
     return listed

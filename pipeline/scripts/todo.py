@@ -28,6 +28,9 @@ def fingerprints(plan, version):
     for stage in stages.STAGES.values():
         common = [version, stage.name, config.get(stage.program), config.get("crs"),
                   config.get("product"), plan["step_m"], plan["halo_m"]]
+        if stage.reads:
+            common.append([[os.path.basename(name), changed]
+                           for name, changed in plan[stage.reads].items()])
         # Whatever reads the tile itself is made from its info's record, too.
         key = "box" if stage.name != "info" else "modified"
         result[stage.name] = {}

@@ -74,12 +74,21 @@ class Configuration(unittest.TestCase):
             with open(os.path.join(self.folder.name, name), "w", encoding="utf-8"):
                 pass
         def names(*patterns):
-            return [os.path.relpath(found, self.folder.name)
-                    for found in configuration.tile_files(self.path, patterns)]
+            return [os.path.relpath(found, self.folder.name) for found in
+                    configuration.files(self.path, "tiles", patterns, (".laz", ".las", ".las.zip"))]
         self.assertEqual(names("tiles"), ["tiles/a.LAS", "tiles/b.laz", "tiles/c.las.zip"])
         self.assertEqual(names("tiles/*.laz", "d.laz", "./d.laz"), ["d.laz", "tiles/b.laz"])
         with self.assertRaisesRegex(configuration.ConfigError, r"tiles: none/\*\.laz: no such file"):
             names("none/*.laz")
+        os.makedirs(os.path.join(self.folder.name, "empty"))
+        with self.assertRaisesRegex(configuration.ConfigError, r"tiles: empty: holds no \.laz"):
+            names("empty")
+
+    def test_names_what_a_section_needs(self):
+        self.assertEqual(self.error("compare: {spacing: 1}"), 'compare: needs the section "dem"')
+        self.assertEqual(self.error("dem: {no-data: 0}"), "dem.files: is missing")
+        self.assertTrue(self.error("hlod: {partition: cubes}").startswith("hlod.partition: "))
+        self.assertTrue(self.error("stitch: {format: obj}\nhlod: {levels: 3}").startswith("hlod: "))
 
 
 if __name__ == "__main__":

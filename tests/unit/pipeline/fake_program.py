@@ -71,6 +71,8 @@ def main():
         return
     if stage == "poisson":
         stage, inputs = inputs[0], inputs[1:]
+    if stage == "hlod":
+        inputs = inputs[1:]
     with open(os.environ["RUNS"], "a", encoding="utf-8") as runs:
         runs.write(f"{stage} {os.path.basename(inputs[0]).split('.')[0]}\n")
     text = "".join(act_as_told(stage, source) for source in inputs[:1])
@@ -83,6 +85,9 @@ def main():
     if stage == "stitch":
         os.makedirs(target, exist_ok=True)
         outputs = [os.path.join(target, os.path.basename(name)) for name in inputs]
+    if stage in ("dem", "compare"):
+        os.makedirs(target, exist_ok=True)
+        outputs = [os.path.join(target, "result")]
     for output in outputs:
         with open(output, "w", encoding="utf-8") as file:
             file.write(text)

@@ -69,10 +69,12 @@ class Report(unittest.TestCase):
                      "warnings": [], "crs": "EPSG:2154", "version": "cornice 1.2.3",
                      "config": {"title": "A & B"}}
 
-    def finish(self, tile, content, status="done"):
-        for target, value in ((records.record_path(self.plan, "info", tile),
-                               {"status": status, "message": ""}),
-                              (records.path(self.plan, "reports", "info", tile + ".json"), content)):
+    def finish(self, tile, content, stage="info"):
+        for target, value in ((records.record_path(self.plan, stage, tile),
+                               {"status": "done", "message": "", "seconds": content["seconds"],
+                                "cpu_seconds": 2 * content["seconds"],
+                                "peak_memory_bytes": content["peak_memory_bytes"]}),
+                              (records.report_path(self.plan, stage, tile), content)):
             os.makedirs(os.path.dirname(target), exist_ok=True)
             pathlib.Path(target).write_text(json.dumps(value), encoding="utf-8")
 
@@ -88,13 +90,24 @@ class Report(unittest.TestCase):
         self.finish("a", stage_report())
         self.finish("b", stage_report(seconds=4.0))
         text = self.page().text
-        for wanted in ("A & B", "2 tiles", "6.5", "3.0 MiB", "40,800,000", "a processor", "EPSG:2154"):
+        for wanted in ("A & B", "2 tiles", "6.5", "13", "3.0 MiB", "40,800,000", "a processor", "EPSG:2154"):
             self.assertIn(wanted, text)
 
     def test_holds_its_pictures(self):
         self.finish("a", stage_report())
         targets = self.page().targets
         self.assertEqual(set(targets), {"data:image/png;base64," + base64.b64encode(PNG).decode()})
+
+    def test_shows_the_comparison_and_where_the_rest_of_it_is(self):
+        self.plan.update(until="compare", dem={}, config={"dem": {"files": ["a.tif"]}})
+        self.finish("survey", stage_report(), "compare")
+        self.assertIn("compare/index.html", self.page().targets)
+        shown = len(self.page().targets)
+        os.makedirs(self.folder / "compare")
+        (self.folder / "compare" / "difference.png").write_bytes(PNG)
+        page = self.page()
+        self.assertEqual(len(page.targets), shown + 1)
+        self.assertIn("Mesh against elevation model", page.text)
 
     def test_says_so_where_a_picture_could_not_be_drawn(self):
         self.finish("a", stage_report())

@@ -15,7 +15,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(HERE)))
 RUN = os.path.join(ROOT, "pipeline", "scripts", "run.py")
 PROGRAMS = ("index", "info", "flightlines", "normals", "poisson", "trim", "remesh", "stitch",
-            "picture")
+            "hlod", "dem", "compare", "picture")
 
 
 class Survey(unittest.TestCase):
@@ -63,7 +63,7 @@ class Survey(unittest.TestCase):
     def test_runs_every_job_once_and_then_nothing(self):
         code, text, jobs = self.run_it()
         self.assertEqual(code, 0, text)
-        self.assertEqual(len(jobs), 6 * 3 + 2)
+        self.assertEqual(len(jobs), 6 * 3 + 3)
         self.assertEqual(len(set(jobs)), len(jobs))
         self.assertIn("report: ", text)
         self.assertIn("What ran", self.result("report.html"))
@@ -76,7 +76,7 @@ class Survey(unittest.TestCase):
         self.run_it()
         self.configure("trim: {bridge: 7}\n")
         _, _, jobs = self.run_it()
-        self.assertEqual({job.split()[0] for job in jobs}, {"trim", "remesh", "stitch"})
+        self.assertEqual({job.split()[0] for job in jobs}, {"trim", "remesh", "stitch", "hlod"})
 
     def test_a_changed_tile_redoes_itself_and_its_neighbourhood(self):
         self.run_it()
@@ -90,7 +90,7 @@ class Survey(unittest.TestCase):
         self.run_it()
         os.remove(os.path.join(self.folder, "out", "trimmed", "b.ply"))
         _, _, jobs = self.run_it()
-        self.assertEqual(jobs, ["trim b", "remesh b", "stitch a"])
+        self.assertEqual(jobs, ["trim b", "remesh b", "stitch a", "hlod a"])
 
     def test_one_bad_tile_does_not_stop_the_others(self):
         self.write("b.laz", "fail normals")
@@ -116,7 +116,7 @@ class Survey(unittest.TestCase):
         self.write("b.laz", "kill remesh")
         self.run_it()
         code, text, jobs = self.run_it()
-        self.assertEqual((code, jobs), (1, ["remesh b", "stitch a"]), text)
+        self.assertEqual((code, jobs), (1, ["remesh b", "stitch a", "hlod a"]), text)
 
     def test_a_moved_survey_holds(self):
         self.run_it()
@@ -201,6 +201,43 @@ class Survey(unittest.TestCase):
     def test_ends_where_it_is_told_to(self):
         _, _, jobs = self.run_it("--until", "normals")
         self.assertEqual({job.split()[0] for job in jobs}, {"info", "flightlines", "normals"})
+
+    def test_compares_with_an_elevation_model_where_there_is_one(self):
+        self.configure("dem: {files: ['*.tif']}\n")
+        self.write("ground.tif", "heights")
+        code, text, jobs = self.run_it()
+        self.assertEqual(code, 0, text)
+        self.assertEqual([job for job in jobs if job.startswith(("dem", "compare"))],
+                         ["dem ground", "compare dem-files"], text)
+        self.assertIn(os.path.join("compare", "index.html"), text)
+        self.write("ground.tif", "other heights")
+        self.assertEqual({job.split()[0] for job in self.run_it()[2]}, {"dem", "compare"})
+
+    def test_builds_no_hierarchy_of_a_mesh_that_it_cannot_read(self):
+        self.configure("stitch: {format: glb}\n")
+        _, _, jobs = self.run_it()
+        self.assertNotIn("hlod", {job.split()[0] for job in jobs})
+        self.configure("stitch: {format: glb}\nhlod: {partition: octree}\n")
+        code, text, _ = self.run_it()
+        self.assertEqual(code, 2)
+        self.assertIn("hlod: reads .ply", text)
+
+    def test_refuses_to_end_with_a_stage_that_nobody_asked_for(self):
+        code, text, _ = self.run_it("--until", "compare")
+        self.assertEqual(code, 2)
+        self.assertIn("--until: compare: ", text)
+
+    def test_runs_through_a_cluster_which_plans_each_job_again(self):
+        for name in "bc":
+            os.remove(os.path.join(self.folder, name + ".laz"))
+        profile = os.path.join(self.folder, "site")
+        os.makedirs(profile)
+        # bash is a cluster that runs a job when it is submitted.
+        with open(os.path.join(profile, "config.yaml"), "w", encoding="utf-8") as file:
+            file.write("cluster: bash\njobs: 1\n")
+        code, text, jobs = self.run_it("--profile", profile, "--until", "solve")
+        self.assertEqual(code, 0, text)
+        self.assertEqual(jobs, ["info a", "flightlines a", "normals a", "solve a"])
 
     def test_says_what_is_missing(self):
         self.write("survey.yaml", "output: out\n")

@@ -31,7 +31,7 @@ def grid_plan(folder, side):
                                  "box": [1000.0 * x, 1000.0 * y, 1000.0 * x + 1000.0,
                                          1000.0 * y + 1000.0], "modified": [1, 1]}
     plan = {"output": folder, "tiles": tiles, "until": "stitch", "halo_m": 40.0, "step_m": 0.5,
-            "config": {}}
+            "config": {}, "dem": {}}
     plan["fingerprints"] = todo.fingerprints(plan, "1.0")
     return plan
 
