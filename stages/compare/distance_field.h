@@ -35,8 +35,14 @@ class DistanceField {
   bool is_cloud() const { return !points_.empty(); }
 
  private:
+  /// From the nearest place of a triangle, in double.
+  struct Exact {
+    Vec3d off;
+    float weights[3];  ///< barycentric, of that place
+  };
+  Exact exact_at(Vec3d p, std::uint32_t triangle) const;
   /// The normal that decides on the sign, not unit; sets `on_border` where the surface ends.
-  Vec3f pseudonormal(const NearestPoint& nearest, bool& on_border) const;
+  Vec3f pseudonormal(std::uint32_t triangle, const float (&weight)[3], bool& on_border) const;
 
   std::vector<Triangle> points_;  ///< of clouds: one triangle without area a point
   TriangleTree tree_;
