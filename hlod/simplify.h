@@ -48,13 +48,17 @@ class VertexFans {
  public:
   void assign(std::size_t vertex_count, const std::vector<Triangle>& triangles);
   std::span<const std::uint32_t> of(std::uint32_t vertex) const {
-    return {pool_.data() + first_[vertex], count_[vertex]};
+    return {pool_.data() + fans_[vertex].first, fans_[vertex].count};
   }
   void remove(std::uint32_t vertex, std::uint32_t triangle);
   void add(std::uint32_t vertex, std::span<const std::uint32_t> triangles);
 
  private:
-  std::vector<std::uint32_t> first_, count_, capacity_, pool_;
+  struct Fan {
+    std::uint32_t first = 0, count = 0, capacity = 0;
+  };
+  std::vector<Fan> fans_;
+  std::vector<std::uint32_t> pool_;
 };
 
 /// Keeps its memory from block to block. Thread contract: one thread at a time.
@@ -96,8 +100,11 @@ class Simplifier {
   void price(std::uint32_t u, Ring& ring) const;
   bool folds(int target, const Ring& ring) const;
   bool allowed(std::uint32_t u, std::uint32_t target, const Ring& ring);
-  void evaluate(std::uint32_t u, bool check_link);
-  bool collapse(std::uint32_t u);
+  void guess(std::uint32_t u);
+  void evaluate(std::uint32_t u, bool check_link, Ring& ring);
+  void choose(std::uint32_t u, bool check_link, Ring& ring);
+  bool collapse(std::uint32_t u, Ring& ring);
+  void add_quadric(std::uint32_t u, std::uint32_t target);
   float threshold();
   std::size_t sweep(float threshold);
 
@@ -108,7 +115,6 @@ class Simplifier {
   VertexFans fans_;
   std::vector<Quadric> quadrics_;
   std::vector<Kind> kinds_;
-  std::vector<std::uint8_t> dirty_;
   std::vector<float> areas_, costs_, reached_;
   std::vector<std::uint32_t> targets_, touched_, marks_, parents_;
 };
