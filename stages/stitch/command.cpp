@@ -24,6 +24,9 @@ std::vector<Option> describe(Command& c) {
              "borders that do not meet exactly are joined up to this distance; 0: none")
           .range(0, 10)
           .unit("m"),
+      Option("overlaps", c.options.overlaps,
+             {{"refuse", Overlaps::kRefuse}, {"cut", Overlaps::kCut}, {"keep", Overlaps::kKeep}},
+             "of tiles whose surfaces lie over each other: cut gives each its side of the middle"),
       Option("check", c.check, "only looks: writes nothing, exit code 3 where tiles do not meet"),
   };
 }
@@ -51,6 +54,10 @@ void report_survey(const Survey& survey, Report& report) {
   if (survey.moved_origins > 0) {
     report.warn(std::to_string(survey.moved_origins) +
                 " tiles had an origin between whole metres; it was moved, which rounds positions");
+  }
+  if (survey.without_crs > 0) {
+    report.warn(std::to_string(survey.without_crs) +
+                " tiles name no CRS; they are taken to be in " + survey.crs_text);
   }
   for (const std::string& overlap : survey.overlaps) report.warn(overlap);
 }

@@ -12,6 +12,9 @@ namespace {
 /// tenth of an edge make it 0.2.
 constexpr double kReachOfLength = 0.4;
 constexpr std::int64_t kMostCells = (std::int64_t{1} << 21) - 2;
+/// A vertex that is this much farther from an edge than from its end in the edge's direction lies
+/// beside the end, as the vertices of a border that leaves a corner of tiles at right angles do.
+constexpr double kBesideEnd = 2.0;
 
 }  // namespace
 
@@ -130,6 +133,7 @@ std::vector<LooseBorders::Near> LooseBorders::edges_near(Vec3d p, Vec3d in, Vec3
     if (!(t > 0.0 && t < 1.0)) continue;
     const double distance = norm(p - (a + ab * t));
     if (distance > reach(length_m, norm(ab))) continue;
+    if (distance > kBesideEnd * std::min(t, 1.0 - t) * norm(ab)) continue;
     if (tile != last_tile) {
       found.push_back({e, t, distance});
       last_tile = tile;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <tuple>
 
 #include "core/base/error.h"
@@ -20,8 +21,6 @@ namespace fs = std::filesystem;
 constexpr double kOriginGridM = 1.0 / 1024.0;
 /// No position is finer than that.
 constexpr double kFinestGridM = 1.0 / 16384.0;
-/// Tiles that lie over each other by less are neighbours.
-constexpr double kOverlapM = 1.0;
 
 bool is_on_grid(double x) { return x / kOriginGridM == std::round(x / kOriginGridM); }
 
@@ -46,21 +45,79 @@ bool comes_before(const Learned& a, const Learned& b) {
   return std::make_tuple(key(a), a.path.filename()) < std::make_tuple(key(b), b.path.filename());
 }
 
-void find_overlaps(Survey& survey) {
+/// Two tiles whose boxes share ground, and how much of it both have surface on.
+struct Pair {
+  std::uint32_t a = 0, b = 0;
+  Box2d box;
+  double area_m2 = 0.0;
+};
+
+/// Pairs of tiles whose surfaces lie over each other, by more than half a metre of their border's
+/// length. Boxes alone do not tell: tiles may meet along a line that bends.
+std::vector<Pair> find_overlaps(const Survey& survey, Progress& progress) {
   const std::vector<Border>& tiles = survey.borders.tiles;
-  for (std::size_t a = 0; a < tiles.size(); ++a) {
-    for (std::size_t b = a + 1; b < tiles.size(); ++b) {
-      if (tiles[a].box.empty() || tiles[b].box.empty()) continue;
-      const double x = std::min(tiles[a].box.max.x, tiles[b].box.max.x) -
-                       std::max(tiles[a].box.min.x, tiles[b].box.min.x);
-      const double y = std::min(tiles[a].box.max.y, tiles[b].box.max.y) -
-                       std::max(tiles[a].box.min.y, tiles[b].box.min.y);
-      if (std::min(x, y) <= kOverlapM) continue;
-      survey.overlaps.push_back(
-          survey.paths[a].filename().string() + " and " + survey.paths[b].filename().string() +
-          " lie over each other by " + std::to_string(std::lround(x)) + " x " +
-          std::to_string(std::lround(y)) + " m; their surfaces are kept as they are");
+  std::vector<Pair> pairs;
+  for (std::uint32_t a = 0; a < tiles.size(); ++a) {
+    for (std::uint32_t b = a + 1; b < tiles.size(); ++b) {
+      const Box2d box = shared_area(tiles[a].box, tiles[b].box);
+      if (!box.empty()) pairs.push_back({a, b, box});
     }
+  }
+  std::vector<std::optional<Heights>> first(pairs.size());
+  for (std::uint32_t t = 0; t < tiles.size(); ++t) {
+    std::optional<Mesh> mesh;
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      Pair& pair = pairs[i];
+      if (pair.a != t && pair.b != t) continue;
+      check_cancelled(progress);
+      if (!mesh) mesh = read_tile(survey.paths[t]);
+      Heights heights(pair.box);
+      heights.add(*mesh);
+      if (pair.a == t) {
+        first[i] = std::move(heights);
+      } else {
+        pair.area_m2 = first[i]->area_shared_with(heights);
+        first[i].reset();
+      }
+    }
+  }
+  std::erase_if(pairs, [](const Pair& pair) {
+    return pair.area_m2 < 0.5 * std::max(pair.box.width(), pair.box.height());
+  });
+  return pairs;
+}
+
+std::string sentence(const Survey& survey, const Pair& pair) {
+  return survey.paths[pair.b].filename().string() + " lies over " +
+         survey.paths[pair.a].filename().string() + " on " +
+         std::to_string(std::llround(pair.area_m2)) + " m2";
+}
+
+/// Cuts for tiles that lie over each other, or the refusal that the options ask for.
+void settle_overlaps(Survey& survey, const Options& options, Progress& progress) {
+  survey.cuts.resize(survey.paths.size());
+  for (const Pair& pair : find_overlaps(survey, progress)) {
+    const std::string subject = survey.paths[pair.b].string();
+    const std::string what = "lies over " + survey.paths[pair.a].filename().string() + " on " +
+                             std::to_string(std::llround(pair.area_m2)) + " m2";
+    if (options.overlaps == Overlaps::kRefuse) {
+      throw InputError(subject, what +
+                                    "; give --overlaps cut, so that each keeps its side of the "
+                                    "middle, or keep, or leave one out");
+    }
+    if (options.overlaps == Overlaps::kKeep) {
+      survey.overlaps.push_back(sentence(survey, pair) + "; both are kept as they are");
+      continue;
+    }
+    Cut a, b;
+    if (!cut_apart(survey.borders.tiles[pair.a].box, survey.borders.tiles[pair.b].box, a, b)) {
+      throw InputError(subject, what +
+                                    ", more than half of it, so they are no neighbours that can "
+                                    "be cut apart; leave one out");
+    }
+    survey.cuts[pair.a].push_back(a);
+    survey.cuts[pair.b].push_back(b);
+    survey.overlaps.push_back(sentence(survey, pair) + "; each keeps its side of the middle");
   }
 }
 
@@ -77,6 +134,38 @@ Mesh read_tile(const fs::path& path, bool* moved) {
   return mesh;
 }
 
+namespace {
+
+/// Takes the CRS of a tile for that of the survey, or refuses it.
+void learn_crs(const fs::path& path, const Mesh& mesh, Survey& survey, fs::path& crs_path) {
+  if (mesh.crs_text.empty()) {
+    ++survey.without_crs;
+  } else if (survey.crs_text.empty()) {
+    survey.crs_text = mesh.crs_text;
+    crs_path = path;
+  } else if (mesh.crs_text != survey.crs_text) {
+    throw InputError(path.string(), "its CRS " + mesh.crs_text + " is not that of " +
+                                        crs_path.string() + ", " + survey.crs_text +
+                                        "; stitch tiles of one CRS");
+  }
+}
+
+double largest_coordinate_m(const Mesh& mesh) {
+  double largest = 0.0;
+  for (const Vec3f& p : mesh.positions) {
+    largest = std::max({largest, std::abs(static_cast<double>(p.x)),
+                        std::abs(static_cast<double>(p.y)), std::abs(static_cast<double>(p.z))});
+  }
+  return largest;
+}
+
+Mesh read_cut_tile(const Survey& survey, std::uint32_t tile) {
+  Mesh mesh = read_tile(survey.paths[tile]);
+  return survey.cuts[tile].empty() ? mesh : cut_mesh(mesh, survey.cuts[tile]);
+}
+
+}  // namespace
+
 Survey learn_survey(const std::vector<fs::path>& paths, const Options& options,
                     Progress& progress) {
   Survey survey;
@@ -88,37 +177,29 @@ Survey learn_survey(const std::vector<fs::path>& paths, const Options& options,
     bool moved = false;
     const Mesh mesh = read_tile(path, &moved);
     survey.moved_origins += moved;
-    if (!mesh.crs_text.empty() && survey.crs_text.empty()) {
-      survey.crs_text = mesh.crs_text;
-      crs_path = path;
-    } else if (!mesh.crs_text.empty() && mesh.crs_text != survey.crs_text) {
-      throw InputError(path.string(), "its CRS " + mesh.crs_text + " is not that of " +
-                                          crs_path.string() + ", " + survey.crs_text +
-                                          "; stitch tiles of one CRS");
-    }
-    for (const Vec3f& p : mesh.positions) {
-      survey.largest_coordinate_m =
-          std::max({survey.largest_coordinate_m, std::abs(static_cast<double>(p.x)),
-                    std::abs(static_cast<double>(p.y)), std::abs(static_cast<double>(p.z))});
-    }
+    learn_crs(path, mesh, survey, crs_path);
+    survey.largest_coordinate_m = std::max(survey.largest_coordinate_m, largest_coordinate_m(mesh));
     learned.push_back({path, find_border(mesh, options.threads)});
     survey.empty_tiles += mesh.triangles.empty();
     progress.advance(1);
   }
   progress.end();
+  if (survey.without_crs == paths.size()) survey.without_crs = 0;
   std::sort(learned.begin(), learned.end(), comes_before);
-  std::vector<Border> tiles;
   for (Learned& l : learned) {
     survey.paths.push_back(std::move(l.path));
-    if (!l.border.box.empty()) {
-      survey.box.add(l.border.box.min);
-      survey.box.add(l.border.box.max);
-    }
-    tiles.push_back(std::move(l.border));
+    survey.borders.tiles.push_back(std::move(l.border));
+  }
+  settle_overlaps(survey, options, progress);
+  std::vector<Border>& tiles = survey.borders.tiles;
+  for (std::uint32_t t = 0; t < tiles.size(); ++t) {
+    if (!survey.cuts[t].empty()) tiles[t] = find_border(read_cut_tile(survey, t), options.threads);
+    if (tiles[t].box.empty()) continue;
+    survey.box.add(tiles[t].box.min);
+    survey.box.add(tiles[t].box.max);
   }
   keep_edges_near_tiles(tiles, options.tolerance_m);
   survey.borders = number_borders(std::move(tiles));
-  find_overlaps(survey);
   return survey;
 }
 
@@ -140,7 +221,7 @@ StitchResult stitch_survey(const Survey& survey, const Options& options, const T
   progress.begin("write tiles", survey.paths.size());
   for (std::uint32_t t = 0; t < survey.paths.size(); ++t) {
     check_cancelled(progress);
-    Mesh mesh = read_tile(survey.paths[t]);
+    Mesh mesh = read_cut_tile(survey, t);
     const Border& known = survey.borders.tiles[t];
     if (mesh.positions.size() != known.tile_vertices ||
         mesh.triangles.size() != known.tile_triangles) {

@@ -13,13 +13,22 @@
 #include "core/mesh/mesh.h"
 #include "stages/stitch/border.h"
 #include "stages/stitch/edit.h"
+#include "stages/stitch/overlap.h"
 #include "stages/stitch/plan.h"
 #include "stages/stitch/seams.h"
 
 namespace cornice::stitch {
 
+/// What to do with tiles whose surfaces lie over each other.
+enum class Overlaps {
+  kRefuse,
+  kCut,   ///< each keeps its side of the middle
+  kKeep,  ///< all stay as they are
+};
+
 struct Options {
   double tolerance_m = 0.25;  ///< borders farther apart than this stay apart
+  Overlaps overlaps = Overlaps::kRefuse;
   int threads = 0;
 };
 
@@ -31,16 +40,19 @@ struct Survey {
   Box3d box;  ///< of all tiles, projected CRS; empty where there is no triangle
   std::string crs_text;
   std::uint64_t empty_tiles = 0;
-  std::uint64_t moved_origins = 0;    ///< tiles whose origin is on no common grid
-  double largest_coordinate_m = 0.0;  ///< of any tile, from its origin
-  std::vector<std::string> overlaps;  ///< a sentence per pair of tiles that lie over each other
+  std::uint64_t moved_origins = 0;     ///< tiles whose origin is on no common grid
+  double largest_coordinate_m = 0.0;   ///< of any tile, from its origin
+  std::uint64_t without_crs = 0;       ///< tiles that name no CRS, though others do
+  std::vector<std::string> overlaps;   ///< a sentence per pair of tiles that lie over each other
+  std::vector<std::vector<Cut>> cuts;  ///< of each tile; empty where there are none
 };
 
 /// Reads a tile. Its origin is put on whole metres where it is no multiple of 1/1024 m: only then
 /// can two tiles have the same position. `moved`, where given, gets whether it was.
 Mesh read_tile(const std::filesystem::path& path, bool* moved = nullptr);
 
-/// Reads every tile once. Throws InputError for unreadable files, tiles of different CRS.
+/// Reads every tile once, those whose boxes share ground once or twice more. Throws InputError for
+/// unreadable files, tiles of different CRS, and tiles that lie over each other where they may not.
 Survey learn_survey(const std::vector<std::filesystem::path>& paths, const Options& options,
                     Progress& progress = no_progress());
 

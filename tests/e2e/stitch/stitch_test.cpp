@@ -3,14 +3,19 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/io/ply.h"
 #include "tests/property/stitch/tiles.h"
+#include "tests/support/full_disk.h"
 #include "tests/support/process.h"
 #include "tests/support/temporary_folder.h"
 
@@ -135,14 +140,142 @@ TEST(StitchProgram, LeavesShiftedBordersWithoutTolerance) {
   EXPECT_EQ(read_ply_mesh(folder / "out" / "t1.ply").positions, read_ply_mesh(tiles[1]).positions);
 }
 
-TEST(StitchProgram, SaysThatTilesLieOverEachOther) {
+TEST(StitchProgram, RefusesCutsOrKeepsTilesThatLieOverEachOtherAsItIsTold) {
   const test::TemporaryFolder folder;
   std::vector<Mesh> meshes = test::cut_tiles(CutPlan{});
-  meshes[1].origin.x -= 2.0;
+  for (const std::size_t east : {1, 3}) meshes[east].origin.x -= 2.0;
+  const std::vector<fs::path> tiles = test::write_tiles(folder.path(), meshes);
+  const std::string out = (folder / "out").string();
+  const ProcessResult refused = run_stitch(tiles, {"-o", out});
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_EQ(test::line_count(refused.err), 1u) << refused.err;
+  EXPECT_NE(refused.err.find("t1.ply: lies over t0.ply on "), std::string::npos) << refused.err;
+  EXPECT_NE(refused.err.find("--overlaps cut"), std::string::npos) << refused.err;
+  EXPECT_FALSE(fs::exists(out) && !fs::is_empty(out));
+  const ProcessResult kept = run_stitch(tiles, {"-o", out, "--overlaps", "keep"});
+  EXPECT_EQ(kept.exit_code, 0) << kept.err;
+  EXPECT_NE(kept.err.find("both are kept as they are"), std::string::npos) << kept.err;
+  const ProcessResult cut =
+      run_stitch(tiles, {"-o", out, "--overlaps", "cut", "--overwrite", "--tolerance-m", "1"});
+  EXPECT_EQ(cut.exit_code, 0) << cut.err;
+  for (const Vec3f p : read_ply_mesh(folder / "out" / "t0.ply").positions) EXPECT_LT(p.x, 7.3f);
+}
+
+/// A grid of 9 x 9 vertices as another program writes it: doubles, no comments, other attributes.
+void write_foreign(const fs::path& path, double east, double step) {
+  std::ofstream out(path, std::ios::binary);
+  const int cells = static_cast<int>(std::lround(8.0 / step));
+  const int side = cells + 1;
+  out << "ply\nformat binary_little_endian 1.0\ncomment made elsewhere\nelement vertex "
+      << side * side
+      << "\nproperty double x\nproperty double y\nproperty double z\nproperty uchar red\n"
+         "element face "
+      << cells * cells << "\nproperty list uchar uint vertex_indices\nend_header\n";
+  const auto put = [&](auto value) {
+    out.write(reinterpret_cast<const char*>(&value), sizeof value);
+  };
+  for (int j = 0; j < side; ++j) {
+    for (int i = 0; i < side; ++i) {
+      const double x = east + i * step, y = j * step;
+      put(2600000.0 + x);
+      put(1200000.0 + y);
+      put(1500.0 + 0.1 * std::sin(0.7 * x) + 0.1 * std::cos(0.4 * y));
+      put(static_cast<unsigned char>(200));
+    }
+  }
+  for (int j = 0; j < cells; ++j) {
+    for (int i = 0; i < cells; ++i) {
+      put(static_cast<unsigned char>(4));  // a quadrangle
+      for (const int v :
+           {j * side + i, j * side + i + 1, (j + 1) * side + i + 1, (j + 1) * side + i}) {
+        put(static_cast<std::uint32_t>(v));
+      }
+    }
+  }
+}
+
+TEST(StitchProgram, TakesTilesOfOtherProgramsWithDoublesAndWithoutOrigin) {
+  const test::TemporaryFolder folder;
+  write_foreign(folder / "a.ply", 0.0, 0.5);
+  write_foreign(folder / "b.ply", 8.0, 0.25);
+  const fs::path one = folder / "one.ply";
+  const ProcessResult run =
+      run_stitch({folder / "a.ply", folder / "b.ply"},
+                 {"-o", one.string(), "--report", (folder / "r.json").string()});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const Mesh mesh = read_ply_mesh(one);
+  EXPECT_EQ(mesh.triangles.size(), 2u * (16 * 16 + 32 * 32) + 16) << "16 new vertices, 16 more";
+  EXPECT_TRUE(check_topology(mesh.triangles, mesh.positions.size(), 1).is_manifold());
+  EXPECT_EQ(outlines(mesh), 1u);
+  const Vec3d corner = mesh.origin + mesh.positions[0].cast<double>();
+  EXPECT_NEAR(corner.x, 2600000.0, 1e-3);
+  EXPECT_NEAR(corner.y, 1200000.0, 1e-3);
+  const nlohmann::json report = nlohmann::json::parse(test::read_text(folder / "r.json"));
+  EXPECT_EQ(report["quality"].at("open_edges"), 0);
+  EXPECT_EQ(report["counts"].at("new vertices"), 16);
+}
+
+TEST(StitchProgram, LeavesNoHalfFileOnAFullDisk) {
+  const test::TemporaryFolder folder;
+  CutPlan plan;
+  plan.cells = [](int, int) { return 32; };  // 40 kB a tile
+  const std::vector<fs::path> tiles = test::write_tiles(folder.path(), test::cut_tiles(plan));
+  for (const char* name : {"tiles", "one.ply", "one.obj", "one.glb"}) {
+    SCOPED_TRACE(name);
+    const test::TemporaryFolder small;
+    const auto outcome = test::on_full_disk(small.path(), [&] {
+      const ProcessResult run = run_stitch(tiles, {"-o", (small / name).string()});
+      if (run.exit_code != 0) throw RunError("", std::to_string(run.exit_code) + " " + run.err);
+      throw RunError("", "it fitted");
+    });
+    if (!outcome) GTEST_SKIP() << "nobody may mount a small disk here";
+    EXPECT_EQ(outcome->rfind("1 cornice-stitch: error: ", 0), 0u) << *outcome;
+    // Whole tiles may stay in the folder; no single mesh does.
+    const std::string left = outcome->substr(std::min(outcome->find('|'), outcome->size()));
+    EXPECT_EQ(left, std::string(name) == "tiles" ? "|tiles" : "");
+  }
+}
+
+TEST(StitchProgram, LeavesWholeTilesAloneWhenKilledAndDoesTheRestWhenRunAgain) {
+  const test::TemporaryFolder folder;
+  CutPlan plan;
+  plan.columns = 3, plan.rows = 3;
+  plan.jitter_m = 0.01;
+  plan.cells = [](int, int) { return 150; };
+  const std::vector<fs::path> tiles = test::write_tiles(folder.path(), test::cut_tiles(plan));
+  const std::string out = (folder / "out").string();
+  std::vector<std::string> words{(fs::path(CORNICE_BIN_DIR) / "cornice-stitch").string()};
+  for (const fs::path& tile : tiles) words.push_back(tile.string());
+  words.insert(words.end(), {"-o", out, "--no-progress"});
+  const ProcessResult killed =
+      test::run_process(words, SIGKILL, (folder / "out" / "t0.ply").string());
+  EXPECT_EQ(killed.exit_code, 128 + SIGKILL) << "too fast to be killed in the middle";
+  std::size_t left = 0;
+  for (const auto& entry : fs::directory_iterator(out)) {
+    EXPECT_EQ(entry.path().extension(), ".ply") << entry.path();
+    EXPECT_GT(read_ply_mesh(entry.path()).triangles.size(), 2u * 150 * 150);
+    ++left;
+  }
+  EXPECT_GE(left, 1u);
+  EXPECT_LT(left, tiles.size());
+  words.push_back("--overwrite");
+  ASSERT_EQ(test::run_process(words).exit_code, 0);
+  const std::string fresh = (folder / "fresh").string();
+  ASSERT_EQ(run_stitch(tiles, {"-o", fresh}).exit_code, 0);
+  for (const fs::path& tile : tiles) {
+    EXPECT_EQ(test::read_text(folder / "out" / tile.filename()),
+              test::read_text(folder / "fresh" / tile.filename()));
+  }
+}
+
+TEST(StitchProgram, SaysWhichTilesNameNoSystem) {
+  const test::TemporaryFolder folder;
+  std::vector<Mesh> meshes = test::cut_tiles(CutPlan{});
+  meshes[1].crs_text.clear();
   const ProcessResult run =
       run_stitch(test::write_tiles(folder.path(), meshes), {"-o", (folder / "out").string()});
   EXPECT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_NE(run.err.find("lie over each other"), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find("1 tiles name no CRS"), std::string::npos) << run.err;
 }
 
 TEST(StitchProgram, RefusesWhatItCannotStitchInOneLine) {

@@ -8,12 +8,14 @@
 #include <map>
 #include <string>
 
+#include "core/base/error.h"
 #include "core/base/random.h"
 #include "core/io/ply.h"
 #include "core/mesh/quality.h"
 #include "core/mesh/surface_distance.h"
 #include "stages/stitch/survey.h"
 #include "tests/property/stitch/tiles.h"
+#include "tests/support/meshes.h"
 #include "tests/support/temporary_folder.h"
 
 namespace cornice::stitch {
@@ -338,6 +340,94 @@ TEST(Stitch, CountsTheFaultsOfASurveyThatIsNotStitched) {
       check_survey(learn_survey(test::write_tiles(folder.path(), tiles), options), options);
   EXPECT_EQ(turned.turned_triangles, 14u);
   EXPECT_EQ(turned.degenerate_triangles, 1u);
+}
+
+/// A tile of hills over [x, x + 24] x [y, y + 24], from the survey's corner.
+Mesh hills_tile(double x, double y, int cells) {
+  Mesh mesh = test::grid_mesh(cells + 1, cells + 1, [&](int column, int row) {
+    const double u = 24.0 * column / cells, v = 24.0 * row / cells;
+    return Vec3d{u, v, test::hills(x + u, y + v).z};
+  });
+  mesh.origin = {2600000.0 + x, 1200000.0 + y, 1500.0};
+  mesh.crs_text = "EPSG:2056+5728";
+  mesh.normals.assign(mesh.positions.size(), {0, 0, 1});
+  mesh.float_properties.push_back({"support", std::vector<float>(mesh.positions.size(), 0.5f)});
+  mesh.byte_properties.push_back({"source", std::vector<std::uint8_t>(mesh.positions.size(), 0)});
+  return mesh;
+}
+
+TEST(Stitch, CutsTilesThatLieOverEachOtherApartAndJoinsThem) {
+  Options refusing, options;
+  options.overlaps = Overlaps::kCut;
+  for (std::uint64_t seed = 0; seed < 8; ++seed) {
+    SCOPED_TRACE(seed);
+    // Four tiles, each 4 m beyond its neighbours' edge, with vertices in other places.
+    const auto cells = [&](std::uint64_t tile) {
+      return 40 + static_cast<int>(mix64(seed * 4 + tile) % 24);
+    };
+    const std::vector<Mesh> tiles{hills_tile(0, 0, cells(0)), hills_tile(20, 0, cells(1)),
+                                  hills_tile(0, 20, cells(2)), hills_tile(20, 20, cells(3))};
+    EXPECT_THROW(stitch_tiles(tiles, refusing), InputError);
+    const Outcome run = stitch_tiles(tiles, options);
+    expect_one_surface(run);
+    expect_nothing_folded(run);
+    double area = 0.0;
+    for (const Mesh& tile : run.after) {
+      for (const Triangle& t : tile.triangles) area += 0.5 * facing(tile, t).z;
+    }
+    EXPECT_NEAR(area, 44.0 * 44.0, 0.5) << "everything once, in plan";
+    EXPECT_EQ(run.after[0].byte_properties[0].values.size(), run.after[0].positions.size());
+  }
+}
+
+TEST(Stitch, RefusesOneGroundTwiceHoweverItIsAsked) {
+  Options options;
+  const std::vector<Mesh> tiles{hills_tile(0, 0, 48), hills_tile(2, 1, 50)};
+  EXPECT_THROW(stitch_tiles(tiles, options), InputError);
+  options.overlaps = Overlaps::kCut;
+  EXPECT_THROW(stitch_tiles(tiles, options), InputError);
+  options.overlaps = Overlaps::kKeep;
+  EXPECT_EQ(stitch_tiles(tiles, options).after.size(), 2u);
+}
+
+TEST(Stitch, TakesTilesThatMeetAlongALineThatBendsForNeighbours) {
+  // Boxes share 6 m; the surfaces meet on a wave and nowhere lie over each other.
+  const auto wavy = [](bool east) {
+    Mesh mesh = test::grid_mesh(25, 25, [&](int column, int row) {
+      const double border = 24.0 + 3.0 * std::sin(0.5 * row);
+      const double x = east ? border + (48.0 - border) * column / 24.0 : border * column / 24.0;
+      return Vec3d{x, 1.0 * row, test::hills(x, row).z};
+    });
+    mesh.origin = {2600000.0, 1200000.0, 0.0};
+    mesh.normals.assign(mesh.positions.size(), {0, 0, 1});
+    return mesh;
+  };
+  expect_one_surface(stitch_tiles({wavy(false), wavy(true)}));
+}
+
+TEST(Stitch, JoinsATileOfATwentiethOfTheDensity) {
+  CutPlan plan;
+  plan.columns = 2, plan.rows = 2;
+  plan.tile_m = 20.0;
+  plan.cells = [](int column, int row) { return column == 0 && row == 0 ? 9 : 40; };  // 1:20
+  expect_stitched(plan);
+  plan.jitter_m = 0.02;
+  expect_stitched(plan);
+}
+
+TEST(Stitch, JoinsGridsOfOtherSpacing) {
+  // As meshes of elevation models of 2 m and 0.5 m come: flat between their nodes.
+  const auto tile = [](double x, double step) {
+    Mesh mesh = test::height_mesh(0, 0, static_cast<int>(24 / step), step, [&](double u, double v) {
+      return 0.2 * std::sin(0.2 * (x + u)) + 0.15 * std::cos(0.3 * v);
+    });
+    mesh.origin = {2600000.0 + x, 1200000.0, 1500.0};
+    mesh.normals.assign(mesh.positions.size(), {0, 0, 1});
+    return mesh;
+  };
+  const Outcome run = stitch_tiles({tile(0, 2.0), tile(24, 0.5)});
+  expect_one_surface(run);
+  EXPECT_LT(run.result.plan.largest_move_m, 0.05);
 }
 
 TEST(Stitch, GivesTheSameWhateverTheOrderAndTheThreads) {
