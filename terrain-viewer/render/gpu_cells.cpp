@@ -41,12 +41,14 @@ std::optional<GpuCells::Place> GpuCells::take(std::uint64_t vertices, std::uint6
   return std::nullopt;
 }
 
-bool GpuCells::put(CellId id, const PackedCell& cell, std::uint64_t frame) {
+bool GpuCells::put(CellId id, const PackedCell& cell, std::uint64_t frame,
+                   std::vector<CellId>& dropped) {
   if (cells_.contains(id)) return true;
   const std::uint64_t stored = cell.words.size() / kWordsPerVertex;
   std::optional<Place> place = take(stored, cell.indices.size());
   while (!place) {
     if (used_.empty() || cells_.at(used_.back()).frame >= frame) return false;
+    dropped.push_back(used_.back());
     drop(used_.back());
     place = take(stored, cell.indices.size());
   }
@@ -69,13 +71,6 @@ void GpuCells::drop(CellId id) {
   index_ranges_.give_back(found->second.cell.first_index, found->second.cell.index_count);
   used_.erase(found->second.place);
   cells_.erase(found);
-}
-
-void GpuCells::drop_layer(std::uint32_t layer) {
-  for (auto id = used_.begin(); id != used_.end();) {
-    const CellId here = *id++;
-    if (here.layer == layer) drop(here);
-  }
 }
 
 std::uint64_t GpuCells::used_bytes() const {

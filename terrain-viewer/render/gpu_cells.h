@@ -7,6 +7,7 @@
 #include <list>
 #include <optional>
 #include <unordered_map>
+#include <vector>
 
 #include "terrain-viewer/render/gl.h"
 #include "terrain-viewer/render/range_allocator.h"
@@ -42,11 +43,9 @@ class GpuCells {
   bool holds(CellId id) const { return cells_.contains(id); }
   /// Empty where the cell is not there; counts as its use in frame `frame`.
   std::optional<GpuCell> use(CellId id, std::uint64_t frame);
-  /// Puts a cell there; cells last used before frame `frame` make room. False where that is not
-  /// enough.
-  bool put(CellId id, const PackedCell& cell, std::uint64_t frame);
-  /// Forgets all cells of a layer.
-  void drop_layer(std::uint32_t layer);
+  /// Puts a cell there; cells last used before frame `frame` make room and are appended to
+  /// `dropped`. False where that is not enough.
+  bool put(CellId id, const PackedCell& cell, std::uint64_t frame, std::vector<CellId>& dropped);
 
   GLuint vertices() const { return vertices_.id(); }
   GLuint indices() const { return indices_.id(); }

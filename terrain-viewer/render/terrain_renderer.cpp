@@ -23,8 +23,8 @@ struct FrameBlock {
 
 /// As Draw in shaders/surface.vert.
 struct DrawRecord {
-  std::array<std::int32_t, 4> origin{}, parent_origin{};
-  std::array<float, 4> offset{}, parent_offset{}, morph{}, colour{};
+  std::array<std::int32_t, 4> origin{}, parent_origin{}, band{}, eye{};
+  std::array<float, 4> offset{}, colour{}, scales{};
 };
 
 /// As glMultiDrawElementsIndirect reads it.
@@ -39,57 +39,41 @@ constexpr std::size_t kRampTexels = 256;
 /// Floats hold places within so many metres to some millimetres.
 constexpr double kNoisePeriodM = 65536.0;
 
-/// The eye on the lattice of a level: whole steps, and the rest in metres.
-struct EyeOnLattice {
-  std::array<std::int32_t, 3> steps{};
-  std::array<float, 3> rest_m{};
-  float step_m = 0.0f;
-};
-
-EyeOnLattice eye_on(const hlod::Lattice& lattice, int level, Vec3d eye) {
-  EyeOnLattice on;
-  const double step = lattice.step(level);
-  const Vec3d from_origin = eye - lattice.origin;
-  const std::array<double, 3> metres{from_origin.x, from_origin.y, from_origin.z};
-  for (std::size_t i = 0; i < 3; ++i) {
-    const double whole = std::clamp(std::floor(metres[i] / step), -1e9, 1e9);
-    on.steps[i] = static_cast<std::int32_t>(whole);
-    on.rest_m[i] = static_cast<float>(metres[i] - whole * step);
-  }
-  on.step_m = static_cast<float>(step);
-  return on;
+std::array<float, 4> floats(Vec3d v, double w) {
+  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z),
+          static_cast<float>(w)};
 }
 
-std::array<float, 4> offset_of(const EyeOnLattice& eye) {
-  return {-eye.rest_m[0], -eye.rest_m[1], -eye.rest_m[2], eye.step_m};
+std::array<std::int32_t, 4> whole(hlod::LatticePoint p, std::int64_t fourth) {
+  return {p.x, p.y, p.z, static_cast<std::int32_t>(fourth)};
 }
 
-std::array<std::int32_t, 4> origin_of(hlod::LatticePoint p, const EyeOnLattice& eye,
-                                      std::uint32_t first) {
-  return {p.x - eye.steps[0], p.y - eye.steps[1], p.z - eye.steps[2],
-          static_cast<std::int32_t>(first)};
+/// What all cells of a list have alike.
+DrawRecord shared_record(const DrawList& list, Vec3d eye) {
+  const hlod::Lattice& lattice = list.header->lattice;
+  const bool is_octree = list.header->partition == hlod::Partition::kOctree;
+  DrawRecord record;
+  record.eye = whole(list.eye, is_octree ? -1 : list.slab_distance);
+  const double step = lattice.step(lattice.finest_level);
+  const Vec3d rest = eye - lattice.position(list.eye, lattice.finest_level);
+  record.offset = floats(-rest, step);
+  record.scales[0] = 1.0f / static_cast<float>(hlod::octahedral_limit(list.header->normal_bits));
+  return record;
 }
 
-DrawRecord record_of(const DrawList& list, const DrawList::Item& item,
-                     const std::vector<EyeOnLattice>& eyes, double eye_height) {
+DrawRecord record_of(const DrawList& list, const DrawList::Item& item, DrawRecord record,
+                     double eye_height) {
   const hlod::Node& node = (*list.nodes)[item.row];
   const int level = node.key.level;
-  const EyeOnLattice& own = eyes[static_cast<std::size_t>(level)];
-  const EyeOnLattice& above = eyes[static_cast<std::size_t>(std::max(0, level - 1))];
-  const std::uint32_t first_parent = item.cell.first_vertex + item.cell.vertex_count;
-  DrawRecord record;
-  record.origin = origin_of(node.lowest, own, item.cell.first_vertex);
-  record.parent_origin =
-      origin_of(level > 0 ? parent_origin(node.lowest) : node.lowest, above, first_parent);
-  record.offset = offset_of(own);
-  record.parent_offset = offset_of(above);
-  const MorphBand band = list.bands[static_cast<std::size_t>(level)];
-  const bool morphs = level > 0 && band.end_m > band.start_m;
-  const bool is_octree = list.header->partition == hlod::Partition::kOctree;
-  record.morph = {morphs ? band.end_m : 1.0f, morphs ? 1.0f / (band.end_m - band.start_m) : 0.0f,
-                  is_octree ? -1.0f : static_cast<float>(list.slab_distance_m),
-                  1.0f / static_cast<float>(hlod::octahedral_limit(list.header->normal_bits))};
-  if (!morphs) record.morph[0] = std::numeric_limits<float>::infinity();
+  record.origin = whole(node.lowest, item.cell.first_vertex);
+  record.parent_origin = whole(level > 0 ? parent_origin(node.lowest) : node.lowest,
+                               item.cell.first_vertex + item.cell.vertex_count);
+  if (level > 0) {
+    const hlod::MorphBand band = list.bands[static_cast<std::size_t>(level)];
+    record.band = {band.end, band.shift, band.band, band.finer};
+  } else {
+    record.band = {0, 0, 0, list.header->lattice.finest_level};
+  }
   const Colour colour = level_colour(level);
   record.colour = {float(colour[0]) / 255.0f, float(colour[1]) / 255.0f, float(colour[2]) / 255.0f,
                    static_cast<float>(eye_height)};
@@ -121,11 +105,6 @@ GlTexture make_ramp_texture() {
   glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
   glTextureParameteri(id, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
   return GlTexture(id);
-}
-
-std::array<float, 4> floats(Vec3d v, double w) {
-  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z),
-          static_cast<float>(w)};
 }
 
 FrameBlock frame_block(const Camera& camera, int width, int height, const Style& style,
@@ -185,9 +164,7 @@ struct TerrainRenderer::State {
 
   /// Sends the list to the GPU and binds it; returns what a draw call would draw.
   DrawCounts prepare(const DrawList& list, const GpuCells& cells) {
-    std::vector<EyeOnLattice> eyes;
-    for (int level = 0; level <= list.header->lattice.finest_level; ++level)
-      eyes.push_back(eye_on(list.header->lattice, level, camera.eye));
+    const DrawRecord shared = shared_record(list, camera.eye);
     std::vector<DrawRecord> draws;
     std::vector<DrawCommand> orders;
     DrawCounts counts;
@@ -195,7 +172,7 @@ struct TerrainRenderer::State {
       orders.push_back({item.cell.index_count, 1, item.cell.first_index,
                         static_cast<std::int32_t>(item.cell.first_vertex),
                         static_cast<std::uint32_t>(draws.size())});
-      draws.push_back(record_of(list, item, eyes, camera.eye.z));
+      draws.push_back(record_of(list, item, shared, camera.eye.z));
       counts.triangles += item.cell.index_count / 3;
     }
     counts.cells = static_cast<std::uint32_t>(draws.size());

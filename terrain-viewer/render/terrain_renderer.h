@@ -7,26 +7,22 @@
 #include <vector>
 
 #include "hlod/file.h"
+#include "hlod/morph.h"
 #include "terrain-viewer/render/gpu_cells.h"
 #include "terrain-viewer/scene/camera.h"
 #include "terrain-viewer/scene/style.h"
 
 namespace cornice::viewer {
 
-/// Distances between which a level's vertices become their parents, metres.
-struct MorphBand {
-  float start_m = 0.0f;  ///< up to here the vertex itself
-  float end_m = 0.0f;    ///< from here on its parent; not above start_m: always itself
-};
-
 /// Cells of one hierarchy, the nearest first.
 struct DrawList {
   const hlod::Header* header = nullptr;
   const std::vector<hlod::Node>* nodes = nullptr;
-  std::vector<MorphBand> bands;  ///< one per level
-  double slab_distance_m = 0.0;  ///< quadtrees: height of the eye above or below all ground
+  hlod::FinePoint eye;                 ///< hlod::fine_eye of the camera
+  std::int32_t slab_distance = 0;      ///< hlod::slab_distance
+  std::vector<hlod::MorphBand> bands;  ///< by level; those of levels in use, but for level 0
   struct Item {
-    std::uint32_t row = 0;
+    std::uint32_t row = 0;  ///< of the nodes
     GpuCell cell;
   };
   std::vector<Item> items;

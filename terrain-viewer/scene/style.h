@@ -35,8 +35,8 @@ std::optional<Shading> shading_named(const std::string& name);
 struct Style {
   Shading shading = Shading::kNatural;
   Vec3d sun{-0.5, 0.5, 0.7071};  ///< direction towards it, grid frame, any length
-  double sun_strength = 0.85;
-  double ambient = 0.45;
+  double sun_strength = 2.2;
+  double ambient = 0.9;
   double haze_range_m = 40000.0;    ///< where haze hides 63 %; 0: clear air
   double haze_height_m = 2000.0;    ///< over which it thins to 1/e
   double contour_interval_m = 0.0;  ///< 0: none

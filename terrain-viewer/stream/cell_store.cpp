@@ -35,8 +35,9 @@ struct CellStore::State {
 
   void keep(std::shared_ptr<const PackedCell> cell) {
     counts.memory_bytes += cell->bytes();
-    used.push_front(cell->node);
-    held[cell->node] = {std::move(cell), used.begin()};
+    const std::uint32_t row = cell->node;
+    used.push_front(row);
+    held[row] = {std::move(cell), used.begin()};
     while (counts.memory_bytes > options.memory_bytes && used.size() > 1) {
       const auto oldest = held.find(used.back());
       counts.memory_bytes -= oldest->second.cell->bytes();

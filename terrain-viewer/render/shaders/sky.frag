@@ -8,5 +8,5 @@ void main() {
   vec3 colour = mix(frame.haze_colour.rgb, frame.sky_colour.rgb * 0.8, pow(up, 0.55));
   float glow = max(dot(way, frame.sun.xyz), 0.0);
   colour += vec3(1.0, 0.9, 0.7) * (0.15 * pow(glow, 64.0) + smoothstep(0.99996, 0.99998, glow));
-  result = vec4(pow(clamp(colour, 0.0, 1.0), vec3(1.0 / 2.2)), 1.0);
+  result = vec4(clamp(colour, 0.0, 1.0), 1.0);
 }

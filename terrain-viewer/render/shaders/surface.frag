@@ -62,7 +62,7 @@ vec3 surface_colour(vec3 n, float height) {
     case kLevel: return level_colour;
     case kMorph: return along_ramp(attributes.z);
     case kNormal: return 0.5 + 0.5 * n;
-    default: return vec3(0.78, 0.77, 0.74);
+    default: return vec3(0.55, 0.54, 0.51);
   }
 }
 
@@ -101,7 +101,9 @@ void main() {
     float drop = scale > 0.0 ? from_eye.z / scale : 0.0;
     float mean = abs(drop) > 1e-3 ? (1.0 - exp(-drop)) / drop : 1.0 - 0.5 * drop;
     float through = exp(-distance * density * clamp(mean, 0.0, 8.0));
-    lit = mix(frame.haze_colour.rgb, lit, through);
+    lit = mix(pow(frame.haze_colour.rgb, vec3(2.2)), lit, through);
   }
+  // Bright snow keeps its relief: what is above one half is pressed into what is left.
+  lit = mix(lit, 0.5 + 0.5 * (1.0 - exp(1.0 - 2.0 * lit)), vec3(greaterThan(lit, vec3(0.5))));
   result = vec4(pow(clamp(lit, 0.0, 1.0), vec3(1.0 / 2.2)), frame.eye_height.w);
 }

@@ -2,16 +2,15 @@
 // hlod/morph.h line by line.
 layout(std430, binding = 0) readonly buffer Vertices { uint words[]; };
 
-// C++: DrawRecord in terrain_renderer.cpp.
+// C++: DrawRecord in terrain_renderer.cpp. Fine steps are those of the finest level.
 struct Draw {
-  ivec4 origin;         // lowest of the node minus the eye's lattice point, steps; w: first vertex
-  ivec4 parent_origin;  // the same for its parents, steps of the level above; w: first parent
-  vec4 offset;          // minus the rest of the eye within its step, metres; w: step, metres
-  vec4 parent_offset;
-  vec4 morph;           // x: distance from which on the parent is drawn; y: 1 / width of the band;
-                        // z: eye's distance to the slab of heights, metres, below 0 in octrees;
-                        // w: 1 / largest octahedral component
+  ivec4 origin;         // lowest of the node, steps of its level; w: first vertex
+  ivec4 parent_origin;  // of its parents' positions, steps of the level above; w: first parent
+  ivec4 band;           // end, shift, band, finer as in hlod/morph.h; band 0: no parent
+  ivec4 eye;            // fine steps; w: distance to the slab of heights, below 0 in octrees
+  vec4 offset;          // minus the rest of the eye within its fine step, metres; w: fine step, metres
   vec4 colour;          // of the level; w: height of the eye
+  vec4 scales;          // x: 1 / largest octahedral component
 };
 layout(std430, binding = 1) readonly buffer Draws { Draw draws[]; };
 
@@ -25,13 +24,10 @@ layout(location = 4) flat out vec3 level_colour;
 
 const uint kWords = 6u;
 
-struct Vertex {
-  vec3 position;  // relative to the eye, metres
-  vec3 normal;
-  float support;
-  float source;
-  vec3 colour;
-};
+ivec3 lattice_point(uint index, ivec3 origin) {
+  uint low = words[index * kWords], high = words[index * kWords + 1u];
+  return origin + ivec3(low & 0x1FFFFFu, (low >> 21) | ((high & 0x3FFu) << 11), high >> 10);
+}
 
 vec3 decode_octahedral(uint packed_normal, float scale) {
   ivec2 whole = ivec2(int(packed_normal << 16) >> 16, int(packed_normal) >> 16);
@@ -43,43 +39,49 @@ vec3 decode_octahedral(uint packed_normal, float scale) {
   return normalize(n);
 }
 
-// A vertex that two cells share has the same whole numbers in both and becomes the same floats:
-// nothing of the cell but whole numbers enters.
-precise vec3 from_lattice(uint index, ivec4 origin, vec4 offset) {
-  uint low = words[index * kWords], high = words[index * kWords + 1u];
-  ivec3 steps = ivec3(low & 0x1FFFFFu, (low >> 21) | ((high & 0x3FFu) << 11), high >> 10);
-  return vec3(origin.xyz + steps) * offset.w + offset.xyz;
+int morph_weight(int distance, ivec4 band) {
+  if (band.z == 0) return 32768;
+  int t = clamp((band.x - distance) >> band.y, 0, band.z);
+  return (t << 15) / band.z;
 }
 
-Vertex pull(uint index, ivec4 origin, vec4 offset, float normal_scale) {
-  uint base = index * kWords;
-  Vertex v;
-  v.position = from_lattice(index, origin, offset);
-  v.normal = decode_octahedral(words[base + 2u], normal_scale);
-  v.support = float(words[base + 3u] >> 16) * 0.01;
-  v.source = float(words[base + 4u] >> 24);
-  v.colour = unpackUnorm4x8(words[base + 4u]).rgb;
-  return v;
+int morph_coordinate(int own, int parent, int eye, int weight, int finer) {
+  int way = own - (parent << 1);
+  int low = (way & 32767) * weight;
+  int whole = (way >> 15) * weight + (low >> 15);
+  int bits = min(finer, 15);
+  int fraction = (low & 32767) >> (15 - bits);
+  return (((parent << 1) + whole) << finer) + (fraction << (finer - bits)) - eye;
 }
 
 void main() {
   Draw draw = draws[draw_index];
   uint index = uint(gl_VertexID);
   uint parent = uint(draw.parent_origin.w) + (words[index * kWords + 3u] & 0xFFFFu);
-  Vertex v = pull(index, draw.origin, draw.offset, draw.morph.w);
-  Vertex p = pull(parent, draw.parent_origin, draw.parent_offset, draw.morph.w);
+  int finer = draw.band.w;
+  ivec3 own = lattice_point(index, draw.origin.xyz);
+  ivec3 above = lattice_point(parent, draw.parent_origin.xyz);
 
-  vec3 away = abs(v.position);
-  float third = draw.morph.z < 0.0 ? away.z : draw.morph.z;
-  float distance = max(max(away.x, away.y), third);
-  float lambda = clamp((draw.morph.x - distance) * draw.morph.y, 0.0, 1.0);
+  ivec3 away = abs((own << finer) - draw.eye.xyz);
+  int distance = max(max(away.x, away.y), draw.eye.w < 0 ? away.z : draw.eye.w);
+  int weight = morph_weight(distance, draw.band);
+  ivec3 seen = ivec3(morph_coordinate(own.x, above.x, draw.eye.x, weight, finer),
+                     morph_coordinate(own.y, above.y, draw.eye.y, weight, finer),
+                     morph_coordinate(own.z, above.z, draw.eye.z, weight, finer));
 
-  // The ends are the points themselves, not what a mix makes of them.
-  from_eye = lambda >= 1.0 ? v.position : lambda <= 0.0 ? p.position : mix(p.position, v.position, lambda);
-  normal = mix(p.normal, v.normal, lambda);
-  attributes = vec4(mix(p.support, v.support, lambda), mix(p.source, v.source, lambda), lambda,
-                    from_eye.z + draw.colour.w);
-  own_colour = pow(mix(p.colour, v.colour, lambda), vec3(2.2));
-  level_colour = draw.colour.rgb;
+  // What two cells share has been the same whole numbers so far and becomes the same floats here.
+  precise vec3 place = vec3(seen) * draw.offset.w + draw.offset.xyz;
+  from_eye = place;
+  float lambda = float(weight) / 32768.0;
+  uint base = index * kWords, parent_base = parent * kWords;
+  normal = mix(decode_octahedral(words[parent_base + 2u], draw.scales.x),
+               decode_octahedral(words[base + 2u], draw.scales.x), lambda);
+  uint look = words[base + 4u], parent_look = words[parent_base + 4u];
+  attributes.x = 0.01 * mix(float(words[parent_base + 3u] >> 16), float(words[base + 3u] >> 16), lambda);
+  attributes.y = mix(float(parent_look >> 24), float(look >> 24), lambda);
+  attributes.z = lambda;
+  attributes.w = from_eye.z + draw.colour.w;
+  own_colour = pow(mix(unpackUnorm4x8(parent_look).rgb, unpackUnorm4x8(look).rgb, lambda), vec3(2.2));
+  level_colour = pow(draw.colour.rgb, vec3(2.2));
   gl_Position = frame.view_projection * vec4(from_eye, 1.0);
 }

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "terrain-viewer/app/headless.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+#include "core/base/error.h"
+#include "terrain-viewer/app/picture.h"
+#include "terrain-viewer/app/scene_setup.h"
+#include "terrain-viewer/render/offscreen_context.h"
+#include "terrain-viewer/scene/camera_file.h"
+#include "terrain-viewer/scene/navigation.h"
+
+namespace cornice::viewer {
+namespace {
+
+constexpr Colour kBlack{0, 0, 0};
+
+/// The file of frame `frame` of a pattern with one %d or %0Nd; the pattern itself where it has
+/// none.
+std::filesystem::path frame_name(const std::filesystem::path& pattern, int frame) {
+  const std::string text = pattern.filename().string();
+  const std::size_t percent = text.find('%');
+  if (percent == std::string::npos) return pattern;
+  std::size_t end = percent + 1;
+  while (end < text.size() && text[end] >= '0' && text[end] <= '9') ++end;
+  const int digits = end > percent + 1 ? std::atoi(text.c_str() + percent + 1) : 1;
+  if (end >= text.size() || text[end] != 'd' || digits > 12 ||
+      text.find('%', end) != std::string::npos)
+    throw UsageError("--output", "has a \"%\" that is not one %d or %04d");
+  std::array<char, 32> number{};
+  std::snprintf(number.data(), number.size(), "%0*d", digits, frame);
+  return pattern.parent_path() / (text.substr(0, percent) + number.data() + text.substr(end + 1));
+}
+
+double milliseconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+      .count();
+}
+
+/// Everything that one run draws with.
+class Studio {
+ public:
+  Studio(const Options& options, PixelSize size)
+      : options_(options),
+        size_(size),
+        cells_(static_cast<std::uint64_t>(options.gpu_memory_mib * 1048576.0)),
+        layers_(open_layers(options, cells_)),
+        style_(style_for(options, layers_)),
+        target_(size.width, size.height, options.samples),
+        resolved_(size.width, size.height, 1) {}
+
+  const Layers& layers() const { return layers_; }
+
+  /// Draws one frame; `seconds` since the one before, 0: waits for all that it needs.
+  Picture draw(const Camera& camera, double seconds, Vec3d velocity, Report& report) {
+    const auto start = std::chrono::steady_clock::now();
+    ++frame_;
+    LayerView view;
+    view.camera = camera;
+    view.width = size_.width;
+    view.height = size_.height;
+    view.error_pixels = options_.error_pixels;
+    view.triangle_budget = static_cast<std::uint64_t>(options_.triangle_budget_m * 1e6);
+    view.seconds = seconds;
+    view.velocity = velocity;
+    for (const auto& layer : layers_) {
+      if (seconds > 0.0)
+        layer->update(view, cells_, frame_);
+      else if (!layer->settle(view, cells_, frame_))
+        ++unsettled_;
+      for (const std::string& failure : layer->take_failures())
+        report.warn(failure + "; its parent is drawn instead");
+    }
+    select_ms_.push_back(milliseconds_since(start));
+    renderer_.begin(target_.framebuffer(), size_.width, size_.height, camera, style_,
+                    options_.has_sky ? nullptr : &kBlack);
+    for (const auto& layer : layers_) {
+      const DrawCounts counts = renderer_.draw(layer->list(), cells_, style_);
+      triangles_.push_back(static_cast<double>(counts.triangles));
+      drawn_cells_.push_back(counts.cells);
+    }
+    resolve(target_, resolved_);
+    Picture picture = read_picture(resolved_);
+    frame_ms_.push_back(milliseconds_since(start));
+    return picture;
+  }
+
+  void tell(Report& report) {
+    const auto middle = [](std::vector<double> values) {
+      std::nth_element(values.begin(),
+                       values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
+                       values.end());
+      return values[values.size() / 2];
+    };
+    report.count("frames", frame_ms_.size());
+    report.quality("selection and upload, median, ms", middle(select_ms_));
+    report.quality("frame, median, ms", middle(frame_ms_));
+    report.quality("frame, slowest, ms", *std::max_element(frame_ms_.begin(), frame_ms_.end()));
+    report.quality("triangles, median", middle(triangles_));
+    report.quality("cells, median", middle(drawn_cells_));
+    report.quality("memory on the GPU, MiB", double(cells_.used_bytes()) / 1048576.0);
+    report.quality("renderer", gl_description());
+    std::uint64_t read = 0;
+    for (const auto& layer : layers_) read += layer->counts().store.bytes_read;
+    report.count("bytes read", read);
+    if (unsettled_ > 0)
+      report.warn(std::to_string(unsettled_) +
+                  " pictures are coarser than asked: a larger --gpu-memory-mib or --cache-mib lets "
+                  "them be as fine");
+  }
+
+ private:
+  const Options& options_;
+  PixelSize size_;
+  OffscreenContext context_;
+  TerrainRenderer renderer_;
+  GpuCells cells_;
+  Layers layers_;
+  Style style_;
+  Target target_, resolved_;
+  std::uint64_t frame_ = 0, unsettled_ = 0;
+  std::vector<double> select_ms_, frame_ms_, triangles_, drawn_cells_;
+};
+
+void draw_path(const Options& options, Studio& studio, Report& report, Progress& progress) {
+  const CameraPath path = read_camera_path(options.path);
+  if (options.output.filename().string().find('%') == std::string::npos)
+    throw UsageError("--output", "needs a %04d for the number of the frame, with --path");
+  const int frames = 1 + static_cast<int>(std::floor(path.duration_s() * path.frames_per_second));
+  const double step = 1.0 / path.frames_per_second;
+  const double first = path.keys.front().time_s;
+  progress.begin("frames", static_cast<std::uint64_t>(frames));
+  for (int frame = 0; frame < frames; ++frame) {
+    const double time = first + frame * step;
+    const Camera camera = path.at(time);
+    const Vec3d velocity = (path.at(time + step).eye - camera.eye) / step;
+    const Picture picture = studio.draw(camera, options.streams ? step : 0.0, velocity, report);
+    write_picture(frame_name(options.output, frame), picture);
+    progress.advance(1);
+    check_cancelled(progress);
+  }
+  progress.end();
+}
+
+}  // namespace
+
+void run_headless(const Options& options, Report& report, Progress& progress) {
+  if (options.output.empty())
+    throw UsageError("--output", "is missing: where the picture is to go");
+  const PixelSize size = parse_size(options.size);
+  for (const auto& file : options.files) report.add_input(file);
+  std::unique_ptr<Studio> studio;
+  report.step("open", [&] { studio = std::make_unique<Studio>(options, size); });
+  report.step("draw", [&] {
+    if (!options.path.empty()) {
+      draw_path(options, *studio, report, progress);
+      return;
+    }
+    const SceneBox box = box_of(studio->layers());
+    const Camera camera =
+        options.camera.empty()
+            ? seeing_all({}, box.lowest, box.highest, double(size.width) / double(size.height))
+            : read_camera(options.camera);
+    write_picture(frame_name(options.output, 0), studio->draw(camera, 0.0, {}, report));
+  });
+  studio->tell(report);
+}
+
+}  // namespace cornice::viewer

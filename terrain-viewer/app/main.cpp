@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// cornice-viewer: looks at hierarchies, in a window or into pictures.
+#include "core/cli/stage.h"
+#include "terrain-viewer/app/headless.h"
+
+int main(int argc, char** argv) {
+  using namespace cornice;
+  viewer::Options options;
+  Stage stage;
+  stage.name = "viewer";
+  stage.description = "Draws terrain from hierarchies of any size";
+  stage.options = viewer::describe(options);
+  stage.examples = {"cornice-viewer survey.hlod --headless -o overview.png",
+                    "cornice-viewer survey.hlod --headless --path flight.json -o frame_%04d.png"};
+  stage.run = [&](StageContext& context) {
+    viewer::run_headless(options, context.report, context.progress);
+  };
+  return run_stage(argc, argv, std::move(stage));
+}

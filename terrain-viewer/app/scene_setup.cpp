@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "terrain-viewer/app/scene_setup.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/base/error.h"
+#include "core/geo/crs.h"
+#include "core/geo/globe.h"
+#include "terrain-viewer/scene/sun.h"
+
+namespace cornice::viewer {
+namespace {
+
+constexpr double kRadians = std::numbers::pi / 180.0;
+
+/// Rough rules for painting: in the Alps, at 46.5 degrees, trees end near 2000 m and snow lies all
+/// year from about 2900 m; both come down to the sea near 70 degrees.
+double line_height(double alpine_m, double latitude_deg) {
+  const double towards_pole = std::clamp((70.0 - std::abs(latitude_deg)) / (70.0 - 46.5), 0.0, 1.6);
+  return alpine_m * towards_pole;
+}
+
+Vec3d direction(double grid_azimuth_deg, double elevation_deg) {
+  const double a = grid_azimuth_deg * kRadians, e = elevation_deg * kRadians;
+  return {std::sin(a) * std::cos(e), std::cos(a) * std::cos(e), std::sin(e)};
+}
+
+Vec3d sun_of(const Options& options, const std::optional<GlobePosition>& place) {
+  if (options.time.empty()) return direction(options.sun_azimuth_deg, options.sun_elevation_deg);
+  if (!place)
+    throw UsageError("--time",
+                     "needs files with a reference system; give --sun-azimuth-deg and "
+                     "--sun-elevation-deg");
+  const auto sun = sun_at(options.time, place->latitude_deg, place->longitude_deg);
+  if (!sun)
+    throw UsageError("--time", "is \"" + options.time + "\"; accepted: 2026-06-21T10:00:00Z, UTC");
+  return direction(sun->azimuth_deg - place->convergence_deg, sun->elevation_deg);
+}
+
+}  // namespace
+
+Layers open_layers(const Options& options, GpuCells& cells) {
+  CellStoreOptions store;
+  store.threads = options.loading_threads;
+  store.memory_bytes = static_cast<std::uint64_t>(
+      options.cache_mib * 1048576.0 /
+      static_cast<double>(std::max<std::size_t>(1, options.files.size())));
+  Layers layers;
+  for (const auto& path : options.files) {
+    layers.push_back(
+        std::make_unique<Layer>(path, static_cast<std::uint32_t>(layers.size()), store, cells));
+    const std::string& first = layers.front()->file().header().crs_text;
+    const std::string& here = layers.back()->file().header().crs_text;
+    if (!first.empty() && !here.empty() && first != here)
+      throw InputError(path.string(), "has the reference system " + here + ", " +
+                                          options.files.front().string() + " has " + first +
+                                          "; layers of one scene need the same");
+  }
+  return layers;
+}
+
+SceneBox box_of(const Layers& layers) {
+  SceneBox box{layers.front()->lowest(), layers.front()->highest()};
+  for (const auto& layer : layers) {
+    const Vec3d a = layer->lowest(), b = layer->highest();
+    box.lowest = {std::min(box.lowest.x, a.x), std::min(box.lowest.y, a.y),
+                  std::min(box.lowest.z, a.z)};
+    box.highest = {std::max(box.highest.x, b.x), std::max(box.highest.y, b.y),
+                   std::max(box.highest.z, b.z)};
+  }
+  return box;
+}
+
+Style style_for(const Options& options, const Layers& layers) {
+  const SceneBox box = box_of(layers);
+  std::optional<GlobePosition> place;
+  if (const std::string& text = layers.front()->file().header().crs_text; !text.empty())
+    place = Globe(crs_from_text(text)).at(0.5 * (box.lowest + box.highest));
+  const double latitude = place ? place->latitude_deg : 46.5;
+  Style style;
+  style.shading = options.shading;
+  style.sun = sun_of(options, place);
+  style.contour_interval_m = options.contour_interval_m;
+  style.snow_line_m = options.snow_line_m.value_or(line_height(2900.0, latitude));
+  style.tree_line_m = options.tree_line_m.value_or(line_height(2000.0, latitude));
+  style.low_m = box.lowest.z;
+  style.high_m = std::max(box.highest.z, box.lowest.z + 1.0);
+  style.has_edges = options.has_edges;
+  const double extent = std::hypot(box.highest.x - box.lowest.x, box.highest.y - box.lowest.y);
+  style.haze_range_m = std::max(30000.0, 2.0 * extent);
+  return style;
+}
+
+}  // namespace cornice::viewer

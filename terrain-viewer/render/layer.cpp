@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Prefetch along the motion of the eye: Borgeat, Godin, Blais, Massicotte and Lahanier, "GoLD:
+// interactive display of huge colored and textured models", ACM TOG 24(3), 2005, 4.1.
+#include "terrain-viewer/render/layer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "core/base/error.h"
+
+namespace cornice::viewer {
+namespace {
+
+constexpr std::uint32_t kNoParent = std::numeric_limits<std::uint32_t>::max();
+/// Radii reach what they should be within some such times; slow enough not to be seen.
+constexpr double kRadiiSeconds = 0.35;
+/// How far ahead of the eye's motion is read.
+constexpr double kAheadSeconds = 0.8;
+/// Budgets are taken back at once and given back slowly, so that the level of detail does not
+/// swing.
+constexpr double kShareRisePerSecond = 0.25;
+/// Cells are read for a view this much wider than what is seen, so that a turn finds them there.
+constexpr double kWiderDeg = 30.0;
+/// Part of the GPU's room that one view may need; the rest is for what comes next.
+constexpr double kRoomShare = 0.85;
+
+std::uint64_t packed_bytes(const hlod::Node& node) {
+  const std::uint64_t parents = node.key.level > 0 ? node.parents : node.vertices;
+  return (node.vertices + parents) * kWordsPerVertex * 4 + std::uint64_t{node.triangles} * 6;
+}
+
+hlod::Frustum frustum_of(const LayerView& view, double wider_deg) {
+  const CameraAxes axes = axes_of(view.camera);
+  const double up = std::tan(0.5 * view.camera.field_of_view_deg * std::numbers::pi / 180.0);
+  const double horizontal =
+      2.0 * std::atan(up * view.width / view.height) * 180.0 / std::numbers::pi;
+  return hlod::make_frustum(axes.forward, axes.up, std::min(horizontal + wider_deg, 170.0),
+                            std::min(view.camera.field_of_view_deg + wider_deg, 170.0));
+}
+
+}  // namespace
+
+Layer::Layer(const std::filesystem::path& path, std::uint32_t id, const CellStoreOptions& options,
+             GpuCells& cells)
+    : id_(id),
+      file_(std::make_shared<const hlod::File>(path)),
+      tree_(hlod::make_tree(file_->header(), file_->nodes())),
+      store_(file_, options) {
+  if (tree_.cells.empty()) throw InputError(path.string(), "holds no cell");
+  cell_of_row_.resize(file_->nodes().size());
+  parent_.assign(tree_.cells.size(), kNoParent);
+  is_present_.assign(tree_.cells.size(), 0);
+  is_loaded_.assign(tree_.cells.size(), 0);
+  const hlod::Lattice& lattice = tree_.lattice;
+  lowest_ = lattice.position(tree_.cells.front().lowest, lattice.finest_level);
+  highest_ = lattice.position(tree_.cells.front().highest, lattice.finest_level);
+  for (std::uint32_t c = 0; c < tree_.cells.size(); ++c) {
+    const hlod::TreeCell& cell = tree_.cells[c];
+    for (std::uint32_t part = 0; part < cell.parts; ++part)
+      cell_of_row_[cell.first_node + part] = c;
+    for (std::uint32_t n = 0; n < cell.children; ++n) parent_[cell.first_child + n] = c;
+    if (parent_[c] != kNoParent) continue;
+    const Vec3d low = lattice.position(cell.lowest, lattice.finest_level);
+    const Vec3d high = lattice.position(cell.highest, lattice.finest_level);
+    lowest_ = {std::min(lowest_.x, low.x), std::min(lowest_.y, low.y), std::min(lowest_.z, low.z)};
+    highest_ = {std::max(highest_.x, high.x), std::max(highest_.y, high.y),
+                std::max(highest_.z, high.z)};
+  }
+  std::vector<std::uint32_t> roots, rows;
+  for (std::uint32_t c = 0; c < tree_.level(0).size(); ++c) {
+    roots.push_back(c);
+    for (std::uint32_t part = 0; part < tree_.cells[c].parts; ++part)
+      rows.push_back(tree_.cells[c].first_node + part);
+  }
+  store_.want(rows);
+  store_.wait();
+  if (const auto failures = store_.take_failures(); !failures.empty())
+    throw InputError(path.string(), failures.front());
+  for (const std::uint32_t root : roots)
+    if (!upload(root, cells, 0))
+      throw RunError("GPU", "has no room for the coarsest level of " + path.string() +
+                                "; give a larger --gpu-memory-mib");
+  list_.header = &file_->header();
+  list_.nodes = &file_->nodes();
+}
+
+std::vector<std::uint32_t> Layer::needed(const hlod::Radii& radii) const {
+  const std::vector<std::uint8_t> nothing(tree_.cells.size(), 0);
+  return hlod::wanted_cells(tree_, nothing, radii, eye_, wider_);
+}
+
+std::uint64_t Layer::bytes_of(const std::vector<std::uint32_t>& tree_cells) const {
+  std::uint64_t bytes = 0;
+  for (const std::uint32_t c : tree_cells)
+    for (std::uint32_t part = 0; part < tree_.cells[c].parts; ++part)
+      bytes += packed_bytes(file_->nodes()[tree_.cells[c].first_node + part]);
+  return bytes;
+}
+
+hlod::Radii Layer::wanted_radii(const LayerView& view, std::uint64_t capacity_bytes) {
+  const double scale =
+      hlod::error_scale(view.error_pixels, view.height, view.camera.field_of_view_deg);
+  if (scale != scale_) {
+    reaches_ = hlod::reaches(tree_, scale);
+    scale_ = scale;
+  }
+  const hlod::Radii radii = hlod::radii_for_eye(tree_, reaches_, eye_);
+  double share = 1.0;
+  if (view.triangle_budget > 0)
+    share = hlod::share_for_budget(tree_, radii, eye_, frustum_, view.triangle_budget, scratch_);
+  const auto room = static_cast<std::uint64_t>(kRoomShare * static_cast<double>(capacity_bytes));
+  while (share > 1.0 / 256.0 && bytes_of(needed(hlod::scaled(radii, share, tree_.metric))) > room)
+    share *= 0.9;
+  share_ = std::min(share, share_ + kShareRisePerSecond * view.seconds);
+  if (!has_radii_) share_ = share;
+  return hlod::scaled(radii, share_, tree_.metric);
+}
+
+void Layer::set_present(std::uint32_t tree_cell, bool is_present) {
+  is_present_[tree_cell] = is_present ? 1 : 0;
+  std::vector<std::uint32_t> stack{tree_cell};
+  while (!stack.empty()) {
+    const std::uint32_t c = stack.back();
+    stack.pop_back();
+    const bool has_parent = parent_[c] == kNoParent || is_loaded_[parent_[c]] != 0;
+    // A cell of which nothing is left at its level has nothing to load.
+    const std::uint8_t loaded =
+        has_parent && (is_present_[c] != 0 || tree_.cells[c].parts == 0) ? 1 : 0;
+    if (loaded == is_loaded_[c] && c != tree_cell) continue;
+    is_loaded_[c] = loaded;
+    for (std::uint32_t n = 0; n < tree_.cells[c].children; ++n)
+      stack.push_back(tree_.cells[c].first_child + n);
+  }
+}
+
+bool Layer::upload(std::uint32_t tree_cell, GpuCells& cells, std::uint64_t frame) {
+  const hlod::TreeCell& cell = tree_.cells[tree_cell];
+  std::vector<CellId> dropped;
+  bool is_whole = true;
+  for (std::uint32_t part = 0; part < cell.parts && is_whole; ++part) {
+    const std::uint32_t row = cell.first_node + part;
+    if (cells.holds({id_, row})) continue;
+    const auto packed = store_.find(row);
+    is_whole = packed != nullptr && cells.put({id_, row}, *packed, frame, dropped);
+    if (is_whole) counts_.uploaded_bytes += packed->bytes();
+  }
+  for (const CellId id : dropped)
+    if (id.layer == id_) set_present(cell_of_row_[id.row], false);
+  if (is_whole) set_present(tree_cell, true);
+  return is_whole;
+}
+
+void Layer::stream(const std::vector<std::uint32_t>& missing, std::uint64_t upload_bytes,
+                   GpuCells& cells, std::uint64_t frame) {
+  counts_.uploaded_bytes = 0;
+  std::vector<std::uint32_t> rows;
+  for (const std::uint32_t c : missing) {
+    bool is_held = true;
+    for (std::uint32_t part = 0; part < tree_.cells[c].parts; ++part) {
+      const std::uint32_t row = tree_.cells[c].first_node + part;
+      if (cells.holds({id_, row}) || store_.find(row)) continue;
+      is_held = false;
+      rows.push_back(row);
+    }
+    if (is_held && (counts_.uploaded_bytes == 0 || counts_.uploaded_bytes < upload_bytes))
+      upload(c, cells, frame);
+  }
+  store_.want(rows);
+}
+
+void Layer::keep(const std::vector<std::uint32_t>& tree_cells, GpuCells& cells,
+                 std::uint64_t frame) {
+  // The coarsest last: what is left longest unused goes first, and a child is of no use without its
+  // parent.
+  for (auto c = tree_cells.rbegin(); c != tree_cells.rend(); ++c)
+    for (std::uint32_t part = 0; part < tree_.cells[*c].parts; ++part)
+      cells.use({id_, tree_.cells[*c].first_node + part}, frame);
+}
+
+void Layer::choose(GpuCells& cells, std::uint64_t frame) {
+  hlod::select(tree_, radii_, eye_, frustum_, selection_);
+  std::stable_sort(selection_.cells.begin(), selection_.cells.end(),
+                   [&](std::uint32_t a, std::uint32_t b) {
+                     return hlod::cell_distance(tree_, tree_.cells[a], eye_) <
+                            hlod::cell_distance(tree_, tree_.cells[b], eye_);
+                   });
+  list_.eye = eye_;
+  list_.slab_distance = hlod::slab_distance(eye_, tree_.metric);
+  list_.bands.assign(static_cast<std::size_t>(tree_.metric.finest_level) + 1, {});
+  for (int level = 1; level <= tree_.metric.finest_level; ++level)
+    if (radii_.of[static_cast<std::size_t>(level) - 1] > 0)
+      list_.bands[static_cast<std::size_t>(level)] = hlod::morph_band(radii_, level, tree_.metric);
+  list_.items.clear();
+  for (const std::uint32_t c : selection_.cells)
+    for (std::uint32_t part = 0; part < tree_.cells[c].parts; ++part) {
+      const std::uint32_t row = tree_.cells[c].first_node + part;
+      if (const auto cell = cells.use({id_, row}, frame)) list_.items.push_back({row, *cell});
+    }
+  counts_.triangles = selection_.triangles;
+  counts_.cells = static_cast<std::uint32_t>(selection_.cells.size());
+  counts_.cells_loaded =
+      static_cast<std::uint32_t>(std::count(is_loaded_.begin(), is_loaded_.end(), 1));
+  counts_.share = share_;
+  counts_.store = store_.counts();
+}
+
+const DrawList& Layer::update(const LayerView& view, GpuCells& cells, std::uint64_t frame) {
+  eye_ = hlod::fine_eye(view.camera.eye, tree_.lattice);
+  frustum_ = frustum_of(view, 0.0);
+  wider_ = frustum_of(view, kWiderDeg);
+  const hlod::Radii target = wanted_radii(view, cells.capacity_bytes());
+  const auto need = needed(target);
+  keep(need, cells, frame);
+  auto missing = hlod::wanted_cells(tree_, is_loaded_, target, eye_, wider_);
+  counts_.cells_missing = static_cast<std::uint32_t>(missing.size());
+  if (missing.empty() && norm(view.velocity) > 0.0) {
+    const hlod::FinePoint ahead =
+        hlod::fine_eye(view.camera.eye + kAheadSeconds * view.velocity, tree_.lattice);
+    missing = hlod::wanted_cells(
+        tree_, is_loaded_,
+        hlod::scaled(hlod::radii_for_eye(tree_, reaches_, ahead), share_, tree_.metric), ahead,
+        wider_);
+  }
+  stream(missing, view.upload_bytes, cells, frame);
+  const double share = has_radii_ ? 1.0 - std::exp(-view.seconds / kRadiiSeconds) : 1.0;
+  radii_ = hlod::blended(has_radii_ ? radii_ : target, target, share, tree_.metric);
+  has_radii_ = true;
+  hlod::hold_to_loaded(tree_, is_loaded_, eye_, frustum_, radii_);
+  choose(cells, frame);
+  return list_;
+}
+
+bool Layer::settle(const LayerView& view, GpuCells& cells, std::uint64_t frame) {
+  eye_ = hlod::fine_eye(view.camera.eye, tree_.lattice);
+  frustum_ = frustum_of(view, 0.0);
+  wider_ = frustum_of(view, kWiderDeg);
+  has_radii_ = false;
+  const hlod::Radii target = wanted_radii(view, cells.capacity_bytes());
+  const auto need = needed(target);
+  std::size_t missing_before = std::numeric_limits<std::size_t>::max();
+  while (true) {
+    keep(need, cells, frame);
+    const auto missing = hlod::wanted_cells(tree_, is_loaded_, target, eye_, wider_);
+    counts_.cells_missing = static_cast<std::uint32_t>(missing.size());
+    if (missing.empty() || missing.size() >= missing_before) break;
+    missing_before = missing.size();
+    // In batches that the store can hold.
+    stream(missing, std::numeric_limits<std::uint64_t>::max(), cells, frame);
+    store_.wait();
+    stream(missing, std::numeric_limits<std::uint64_t>::max(), cells, frame);
+  }
+  radii_ = target;
+  has_radii_ = true;
+  hlod::hold_to_loaded(tree_, is_loaded_, eye_, frustum_, radii_);
+  choose(cells, frame);
+  return counts_.cells_missing == 0;
+}
+
+}  // namespace cornice::viewer

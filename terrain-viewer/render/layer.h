@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// One .hlod file in a scene: what of it to draw, what to read, what to keep on the GPU.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "hlod/file.h"
+#include "hlod/select.h"
+#include "terrain-viewer/render/gpu_cells.h"
+#include "terrain-viewer/render/terrain_renderer.h"
+#include "terrain-viewer/scene/camera.h"
+#include "terrain-viewer/stream/cell_store.h"
+
+namespace cornice::viewer {
+
+/// What a frame asks of a layer.
+struct LayerView {
+  Camera camera;
+  int width = 0, height = 0;
+  double error_pixels = 2.0;              ///< that the surface may be off on the screen
+  std::uint64_t triangle_budget = 0;      ///< 0: none
+  double seconds = 0.0;                   ///< since the frame before
+  Vec3d velocity;                         ///< of the eye, metres a second: what comes is read ahead
+  std::uint64_t upload_bytes = 8u << 20;  ///< at most, but one cell at least
+};
+
+struct LayerCounts {
+  std::uint64_t triangles = 0;  ///< selected
+  std::uint32_t cells = 0;      ///< selected
+  std::uint32_t cells_loaded = 0;
+  std::uint32_t cells_missing = 0;  ///< that the view needs
+  std::uint64_t uploaded_bytes = 0;
+  double share = 1.0;  ///< of the radii that budgets leave
+  CellStoreCounts store;
+};
+
+/// All functions are for the thread of the OpenGL context.
+class Layer {
+ public:
+  /// Opens the file and puts its coarsest level on the GPU. Throws InputError for a damaged file
+  /// and RunError where the GPU has no room for that level.
+  Layer(const std::filesystem::path& path, std::uint32_t id, const CellStoreOptions& options,
+        GpuCells& cells);
+
+  const hlod::File& file() const { return *file_; }
+  const hlod::Tree& tree() const { return tree_; }
+  /// Box of everything, projected CRS.
+  Vec3d lowest() const { return lowest_; }
+  Vec3d highest() const { return highest_; }
+
+  /// Chooses and streams for one frame; frame numbers rise.
+  const DrawList& update(const LayerView& view, GpuCells& cells, std::uint64_t frame);
+  /// The same, waiting for all that the view needs: for pictures. False where the GPU's room or a
+  /// damaged cell kept it from being all.
+  bool settle(const LayerView& view, GpuCells& cells, std::uint64_t frame);
+  /// Chosen last.
+  const DrawList& list() const { return list_; }
+  /// Indices into the tree of what was chosen last, the nearest first.
+  const std::vector<std::uint32_t>& chosen() const { return selection_.cells; }
+  const LayerCounts& counts() const { return counts_; }
+  std::vector<std::string> take_failures() { return store_.take_failures(); }
+
+ private:
+  hlod::Radii wanted_radii(const LayerView& view, std::uint64_t capacity_bytes);
+  std::vector<std::uint32_t> needed(const hlod::Radii& radii) const;
+  std::uint64_t bytes_of(const std::vector<std::uint32_t>& tree_cells) const;
+  void stream(const std::vector<std::uint32_t>& missing, std::uint64_t upload_bytes,
+              GpuCells& cells, std::uint64_t frame);
+  bool upload(std::uint32_t tree_cell, GpuCells& cells, std::uint64_t frame);
+  void keep(const std::vector<std::uint32_t>& tree_cells, GpuCells& cells, std::uint64_t frame);
+  void set_present(std::uint32_t tree_cell, bool is_present);
+  void choose(GpuCells& cells, std::uint64_t frame);
+
+  std::uint32_t id_;
+  std::shared_ptr<const hlod::File> file_;
+  hlod::Tree tree_;
+  Vec3d lowest_, highest_;
+  CellStore store_;
+  std::vector<std::uint32_t> cell_of_row_;  ///< index into the tree by row of the node table
+  std::vector<std::uint32_t> parent_;       ///< by index into the tree
+  std::vector<std::uint8_t> is_present_;    ///< all parts are on the GPU
+  std::vector<std::uint8_t> is_loaded_;     ///< present, and so are all ancestors
+  std::vector<float> reaches_;
+  double scale_ = 0.0;
+  double share_ = 1.0;
+  hlod::FinePoint eye_;
+  hlod::Frustum frustum_;  ///< of what is seen
+  hlod::Frustum wider_;    ///< of what is held ready
+  hlod::Radii radii_;
+  bool has_radii_ = false;
+  hlod::Selection selection_, scratch_;
+  DrawList list_;
+  LayerCounts counts_;
+};
+
+}  // namespace cornice::viewer
