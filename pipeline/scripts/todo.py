@@ -30,7 +30,7 @@ def fingerprints(plan, version):
                   config.get("product"), plan["step_m"], plan["halo_m"]]
         if stage.reads:
             common.append([[os.path.basename(name), changed]
-                           for name, changed in plan[stage.reads].items()])
+                           for name, changed in plan.get(stage.reads, {}).items()])
         # Whatever reads the tile itself is made from its info's record, too.
         key = "box" if stage.name != "info" else "modified"
         result[stage.name] = {}

@@ -5,6 +5,7 @@
 pipeline_test.py PROGRAMS
 """
 
+import hashlib
 import json
 import os
 import shutil
@@ -43,6 +44,37 @@ def write_las(path, points):
         file.write(header + body)
 
 
+def write_with_strip(west, east, width_m, target):
+    """Copies the LAS 1.4 tile `west` and adds the points of `east` that lie within `width_m` of its
+    western end; returns how many."""
+    with open(west, "rb") as file:
+        west = bytearray(file.read())
+    with open(east, "rb") as file:
+        east = file.read()
+    start, length = struct.unpack_from("<I", east, 96)[0], struct.unpack_from("<H", east, 105)[0]
+    x_step, x_zero = struct.unpack_from("<d", east, 131)[0], struct.unpack_from("<d", east, 155)[0]
+    count, = struct.unpack_from("<Q", east, 247)
+    places = range(start, start + count * length, length)
+    xs = [struct.unpack_from("<i", east, at)[0] * x_step + x_zero for at in places]
+    end = min(xs) + width_m
+    strip = [east[at:at + length] for at, x in zip(places, xs) if x <= end]
+    first, = struct.unpack_from("<I", west, 96)
+    old, = struct.unpack_from("<Q", west, 247)
+    struct.pack_into("<Q", west, 247, old + len(strip))
+    # The counts by return, of which the whole file's is the sum: the strip's go to its own returns.
+    for record in strip:
+        at = 255 + 8 * ((record[14] & 15) - 1)
+        struct.pack_into("<Q", west, at, struct.unpack_from("<Q", west, at)[0] + 1)
+    struct.pack_into("<d", west, 179, max(struct.unpack_from("<d", west, 179)[0], end))
+    for at, least in ((195, max), (203, min), (211, max), (219, min)):
+        # Highest and lowest y and z of both.
+        struct.pack_into("<d", west, at, least(struct.unpack_from("<d", west, at)[0],
+                                               struct.unpack_from("<d", east, at)[0]))
+    with open(target, "wb") as file:
+        file.write(west[:first + old * length] + b"".join(strip) + west[first + old * length:])
+    return len(strip)
+
+
 class Pipeline(unittest.TestCase):
     """3 x 2 tiles of 40 m, flown once for all tests."""
 
@@ -57,6 +89,22 @@ class Pipeline(unittest.TestCase):
             raise RuntimeError(flown.stderr)
         cls.names = sorted(name for name in os.listdir(os.path.join(cls.base, "survey"))
                            if name.endswith(".laz"))
+        cls.undisturbed = None
+
+    @classmethod
+    def remember(cls, contents):
+        """What a run that nothing disturbed has made."""
+        cls.undisturbed = contents
+
+    def expect_the_bytes_of_an_undisturbed_run(self):
+        made = self.contents()
+        if self.undisturbed is None:
+            shutil.rmtree(self.output)
+            code, text = self.process()
+            self.assertEqual(code, 0, text)
+            self.remember(self.contents())
+        self.assertEqual(len(made), 6)
+        self.assertEqual(made, self.undisturbed)
 
     def setUp(self):
         self.folder = tempfile.mkdtemp()
@@ -88,6 +136,13 @@ class Pipeline(unittest.TestCase):
         folder = os.path.join(self.output, "mesh")
         return sorted(os.listdir(folder)) if os.path.isdir(folder) else []
 
+    def contents(self):
+        contents = {}
+        for name in self.meshes():
+            with open(os.path.join(self.output, "mesh", name), "rb") as file:
+                contents[name] = hashlib.sha256(file.read()).hexdigest()
+        return contents
+
     def expect_seamless(self):
         checked = run(program("cornice-stitch"), "--check",
                       *(os.path.join(self.output, "mesh", name) for name in self.meshes()))
@@ -98,23 +153,18 @@ class Pipeline(unittest.TestCase):
         self.assertEqual((code, self.errors(text)), (0, []), text)
         self.assertEqual(len(self.meshes()), 6)
         self.expect_seamless()
+        self.remember(self.contents())
         with open(os.path.join(self.output, "report.html"), encoding="utf-8") as file:
             page = file.read()
         self.assertEqual(page.count("<img "), 5)
+        for wanted in ("mesh", "survey.hlod", "lines.gpkg"):
+            self.assertTrue(os.path.exists(os.path.join(self.output, wanted)), wanted)
         self.assertNotIn("could not be drawn", page)
 
-    def test_gives_the_same_bytes_with_one_thread_and_with_two(self):
-        results = []
-        for threads in ("1", "2"):
-            shutil.rmtree(self.output, ignore_errors=True)
-            code, text = self.process("--threads", threads)
-            self.assertEqual(code, 0, text)
-            contents = {}
-            for name in self.meshes():
-                with open(os.path.join(self.output, "mesh", name), "rb") as file:
-                    contents[name] = file.read()
-            results.append(contents)
-        self.assertEqual(results[0], results[1])
+    def test_gives_the_same_bytes_with_one_thread_as_with_all(self):
+        code, text = self.process("--threads", "1")
+        self.assertEqual(code, 0, text)
+        self.expect_the_bytes_of_an_undisturbed_run()
 
     def test_goes_on_around_damaged_missing_and_tiny_tiles(self):
         # One cut short, one missing from the grid: the others are whole.
@@ -161,22 +211,35 @@ class Pipeline(unittest.TestCase):
         self.assertGreaterEqual(len(self.meshes()), 5)
         self.expect_seamless()
 
-    def test_resumes_after_being_killed(self):
+    def own_processes(self, word=""):
+        """Ids of the processes that name this test's folder and `word` on their command line."""
+        found = run("ps", "-eo", "pid,args").stdout.splitlines()
+        return [int(line.split()[0]) for line in found if self.folder in line and word in line]
+
+    def start_and_wait_for(self, seen):
+        """Starts a run; returns when seen() says something."""
         process = subprocess.Popen(self.words(), stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                    text=True, start_new_session=True)
-        state = os.path.join(self.output, "state", "solve")
-        for _ in range(1200):
-            time.sleep(0.1)
-            if os.path.isdir(state) and os.listdir(state):
+        for _ in range(30000):
+            found = seen()
+            if found or process.poll() is not None:
                 break
-        # Everything at once, as when a machine goes down.
-        found = run("ps", "-eo", "pid,args").stdout.splitlines()
-        mine = [int(line.split()[0]) for line in found if self.folder in line]
-        for number in mine:
+            time.sleep(0.01)
+        self.assertIsNone(process.poll(), "ended too soon")
+        return process, found
+
+    def kill(self, numbers):
+        for number in numbers:
             try:
                 os.kill(number, signal.SIGKILL)
             except ProcessLookupError:
                 pass
+
+    def test_resumes_after_being_killed_to_the_same_bytes(self):
+        state = os.path.join(self.output, "state", "solve")
+        process, _ = self.start_and_wait_for(lambda: os.path.isdir(state) and os.listdir(state))
+        # Everything at once, as when a machine goes down.
+        self.kill(self.own_processes())
         process.communicate(timeout=60)
         ended = {name: os.path.getmtime(os.path.join(state, name)) for name in os.listdir(state)}
         self.assertTrue(ended)
@@ -184,10 +247,24 @@ class Pipeline(unittest.TestCase):
         self.assertEqual(code, 0, text)
         for name, when in ended.items():
             self.assertEqual(os.path.getmtime(os.path.join(state, name)), when, "done again")
-        self.assertEqual(len(self.meshes()), 6)
         left = [name for _, _, names in os.walk(self.output) for name in names
                 if ".partial" in name]
         self.assertEqual(left, [])
+        self.expect_the_bytes_of_an_undisturbed_run()
+
+    def test_names_a_job_that_was_killed_and_does_it_again(self):
+        process, numbers = self.start_and_wait_for(
+            lambda: self.own_processes("cornice-poisson extract " + self.folder))
+        self.kill(numbers)
+        _, text = process.communicate(timeout=800)
+        self.assertEqual(process.returncode, 1, text)
+        self.assertEqual(len(self.errors(text)), 1, text)
+        self.assertIn("extract: was killed (signal 9)", self.errors(text)[0])
+        self.assertEqual(len(self.meshes()), 5)
+        self.expect_seamless()
+        code, text = self.process()
+        self.assertEqual(code, 0, text)
+        self.expect_the_bytes_of_an_undisturbed_run()
 
     def test_goes_on_when_a_full_disk_has_room_again(self):
         os.makedirs(self.output)
@@ -205,9 +282,33 @@ class Pipeline(unittest.TestCase):
             run("mount", "-o", "remount,size=500m", self.output)
             code, text = self.process()
             self.assertEqual(code, 0, text)
-            self.assertEqual(len(self.meshes()), 6)
+            made = self.contents()
         finally:
             run("umount", self.output)
+        self.assertEqual(len(made), 6)
+        if self.undisturbed is not None:
+            self.assertEqual(made, self.undisturbed)
+
+    def test_cuts_overlapping_tiles_in_the_middle_of_their_overlap(self):
+        flown = run(program("cornice-simulate"), os.path.join(ROOT, "samples/scenes/pass.yaml"),
+                    "-o", os.path.join(self.folder, "flown"), "--product", "lidarhd", "--tiles",
+                    "2x1", "--tile-size", "40", "--density", "8", "--container", "las", "--truth",
+                    "none", "--truth-dem-step", "0")
+        self.assertEqual(flown.returncode, 0, flown.stderr)
+        folder = os.path.join(self.folder, "flown")
+        west, east = sorted(os.path.join(folder, name) for name in os.listdir(folder)
+                            if name.endswith(".las"))
+        shutil.rmtree(self.tiles)
+        os.makedirs(self.tiles)
+        shutil.copy(east, self.tiles)
+        added = write_with_strip(west, east, 10.0, os.path.join(self.tiles, os.path.basename(west)))
+        self.assertGreater(added, 1000)
+        code, text = self.process()
+        self.assertEqual((code, self.errors(text)), (0, []), text)
+        self.assertEqual(len(self.meshes()), 2)
+        self.expect_seamless()
+        with open(os.path.join(self.output, "report.html"), encoding="utf-8") as file:
+            self.assertIn("overlaps other tiles by up to", file.read())
 
     def test_every_key_of_the_schema_is_an_option_of_its_stage(self):
         with open(os.path.join(ROOT, "config", "config.schema.json"), encoding="utf-8") as file:
@@ -215,12 +316,14 @@ class Pipeline(unittest.TestCase):
         commands = {"flightlines": [["cornice-flightlines"]], "normals": [["cornice-normals"]],
                     "poisson": [["cornice-poisson", "solve"], ["cornice-poisson", "extract"]],
                     "trim": [["cornice-trim"]], "remesh": [["cornice-remesh"]],
-                    "stitch": [["cornice-stitch"]]}
+                    "stitch": [["cornice-stitch"]], "hlod": [["cornice-hlod", "build"]],
+                    "dem": [["cornice-dem"]], "compare": [["cornice-compare"]]}
         for section, programs in commands.items():
             known = "".join(run(program(words[0]), *words[1:], "--help-all").stdout
                             for words in programs)
             for key, schema in sections[section].get("properties", {}).items():
-                if key in ("noise", "classes"):
+                if (section, key) in (("normals", "noise"), ("normals", "classes"),
+                                      ("dem", "files")):
                     continue
                 with self.subTest(f"{section}.{key}"):
                     on_by_default = f"--no-{key} " in known
