@@ -17,7 +17,7 @@ namespace {
 constexpr std::uint64_t kCacheShare = 4;
 constexpr std::uint64_t kMostCache = std::uint64_t{512} << 20;
 /// What a process with GDAL, PROJ and its database takes before it has read anything.
-constexpr std::uint64_t kBaseBytes = std::uint64_t{100} << 20;
+constexpr std::uint64_t kBaseBytes = std::uint64_t{64} << 20;
 
 /// Meshes one piece after the other and counts.
 class Mesher {
@@ -28,7 +28,7 @@ class Mesher {
     Box2d box;
     for (const Tile& tile : survey.tiles()) {
       box.add(survey.east_of(tile.rect.col), survey.north_of(tile.rect.row));
-      box.add(survey.east_of(tile.rect.end_col()), survey.north_of(tile.rect.end_row()));
+      box.add(survey.east_of(tile.rect.end_col() - 1), survey.north_of(tile.rect.end_row() - 1));
     }
     frame_.frame = {std::round(0.5 * (box.min_x + box.max_x)),
                     std::round(0.5 * (box.min_y + box.max_y)), 0.0};
