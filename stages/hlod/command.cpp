@@ -3,10 +3,18 @@
 
 #include "core/base/error.h"
 #include "stages/hlod/command_build.h"
+#include "stages/hlod/command_extract.h"
+#include "stages/hlod/command_info.h"
+#include "stages/hlod/command_verify.h"
 
 namespace cornice::hlod {
 
-std::vector<Action> actions() { return {{"build", &run_build}}; }
+std::vector<Action> actions() {
+  return {{"build", &run_build},
+          {"info", &run_info},
+          {"verify", &run_verify},
+          {"extract", &run_extract}};
+}
 
 Option action_option(std::string& word, const std::string& name) {
   return Option("ACTION", word, name).positional().required().words({name});
