@@ -92,6 +92,8 @@ def make_plan(arguments, config, files, output):
             for tile in survey["tiles"] if not tile["problem"]},
         "dem": {name: todo.modified(name) for name in configuration.files(
             arguments.config, "dem.files", config.get("dem", {}).get("files", []), DEM_ENDINGS)},
+        "fill_dem": {name: todo.modified(name) for name in configuration.files(
+            arguments.config, "fill-dem", config.get("fill-dem", []), DEM_ENDINGS)},
         "unusable": {tile["path"]: tile["problem"] for tile in survey["tiles"] if tile["problem"]},
         "warnings": survey["warnings"],
     }

@@ -57,6 +57,10 @@ def crs_flags(plan):
     return ["--crs", crs] if crs else []
 
 
+def fill_flags(plan):
+    return ["--fill-dem"] + list(plan["fill_dem"]) if plan["fill_dem"] else []
+
+
 def tile_path(plan, tile):
     return plan["tiles"][tile]["path"]
 
@@ -151,7 +155,8 @@ def normals_command(plan, tile):
 def solve_command(plan, tile):
     return (["cornice-poisson", "solve", points_path(plan, tile), "-o", field_path(plan, tile),
              "--tile", box_text(plan, tile), "--step-m", str(plan["step_m"]),
-             "--halo-m", str(plan["halo_m"])] + flags(plan, "poisson", skip=EXTRACT_KEYS))
+             "--halo-m", str(plan["halo_m"])] + fill_flags(plan) +
+            flags(plan, "poisson", skip=EXTRACT_KEYS))
 
 
 def extract_command(plan, tile):
@@ -164,7 +169,7 @@ def extract_command(plan, tile):
 
 def trim_command(plan, tile):
     return (["cornice-trim", surface_path(plan, tile), "-o", trimmed_path(plan, tile)] +
-            flags(plan, "trim"))
+            fill_flags(plan) + flags(plan, "trim"))
 
 
 def remesh_command(plan, tile):
@@ -217,11 +222,11 @@ STAGES = {stage.name: stage for stage in (
           normals_command, lambda plan, tile: [points_path(plan, tile)], 130, 3.0),
     Stage("solve", "Field around the surface", "poisson", True, (("normals", "own"),),
           solve_command, lambda plan, tile: [field_path(plan, tile), band_path(plan, tile)],
-          320, 3.0),
+          320, 3.0, reads="fill_dem"),
     Stage("extract", "Surface", "poisson", True, (("solve", "own"), ("solve", "around")),
           extract_command, lambda plan, tile: [surface_path(plan, tile)], 200, 1.0),
     Stage("trim", "Trimming", "trim", True, (("extract", "own"),), trim_command,
-          lambda plan, tile: [trimmed_path(plan, tile)], 150, 0.5),
+          lambda plan, tile: [trimmed_path(plan, tile)], 150, 0.5, reads="fill_dem"),
     Stage("remesh", "Remeshing", "remesh", True, (("trim", "own"),), remesh_command,
           lambda plan, tile: [remeshed_path(plan, tile)], 200, 3.0),
     Stage("stitch", "Stitching", "stitch", False, (("remesh", "all"),), stitch_command,

@@ -213,6 +213,21 @@ class Survey(unittest.TestCase):
         self.write("ground.tif", "other heights")
         self.assertEqual({job.split()[0] for job in self.run_it()[2]}, {"dem", "compare"})
 
+    def test_fills_from_rasters_and_does_it_again_when_they_change(self):
+        self.run_it()
+        self.configure("fill-dem: ['*.tif']\n")
+        code, text, _ = self.run_it()
+        self.assertEqual(code, 2)
+        self.assertIn("fill-dem: *.tif: no such file", text)
+        self.write("ground.tif", "heights")
+        code, text, jobs = self.run_it()
+        self.assertEqual(code, 0, text)
+        self.assertEqual({job.split()[0] for job in jobs},
+                         {"solve", "extract", "trim", "remesh", "stitch", "hlod"}, text)
+        self.assertEqual(self.run_it()[2], [])
+        self.write("ground.tif", "other heights")
+        self.assertEqual(len([job for job in self.run_it()[2] if job.startswith("trim")]), 3)
+
     def test_builds_no_hierarchy_of_a_mesh_that_it_cannot_read(self):
         self.configure("stitch: {format: glb}\n")
         _, _, jobs = self.run_it()
