@@ -23,11 +23,11 @@ Surface roof() {
       test::height_mesh(-8, -8, 16, 1.0, [](double x, double) { return -std::abs(x); }));
 }
 
-TEST(SignedDistance, IsThatFromASphereToTheChordsHeight) {
-  const Surface sphere = surface_of(test::sphere_mesh(10.0, 5));
+TEST(SignedDistance, IsThatFromASphereToLessThanAMillimetre) {
+  const Surface sphere = surface_of(test::sphere_mesh(10.0, 7));
   const DistanceField field(sphere, 2);
-  // The faces lie at most this far inside the sphere: edges of 0.35 m on a radius of 10 m.
-  constexpr double kChord = 0.003;
+  // The faces lie at most this far inside the sphere: edges of 0.09 m on a radius of 10 m.
+  constexpr double kChord = 0.0003;
   CounterRandom random(1, 0, 0);
   for (int i = 0; i < 2000; ++i) {
     const Vec3d direction = normalized(Vec3d{random.normal(), random.normal(), random.normal()});
