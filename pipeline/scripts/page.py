@@ -44,6 +44,16 @@ def bytes_text(count):
     return f"{count} B"
 
 
+def seconds_text(seconds):
+    return f"{seconds:,.1f}"
+
+
+def list_text(values, most=12):
+    """A list as text, cut where it names a survey's thousands of files."""
+    shown = ", ".join(map(str, values[:most]))
+    return shown if len(values) <= most else f"{shown} and {len(values) - most:,} more"
+
+
 def table(head, rows):
     """head: (title, is_number) per column; rows of values, numbers written as people do."""
     titles = "".join(f"<th{' class=number' if is_number else ''}>{escape(title)}</th>"

@@ -2,9 +2,9 @@
 """The report of a survey's run: one HTML page that needs no other file."""
 
 import os
-import statistics
 import subprocess
 
+import figures
 import page
 import records
 import stages
@@ -12,6 +12,8 @@ import stages
 # What a picture shows at most; a larger survey shows its first tiles.
 MOST_MESHES_DRAWN = 36
 MOST_POINTS_DRAWN = 30_000_000
+# And of lines about what failed.
+MOST_LINES = 500
 
 
 def read_reports(plan, found):
@@ -26,66 +28,47 @@ def read_reports(plan, found):
 
 def stage_table(plan, found, reports):
     """found: the records of all jobs that ended, {(stage, tile): record}."""
-    head = [("stage", False), ("jobs", True), ("seconds", True), ("longest", True),
-            ("CPU seconds", True), ("peak memory", True), ("warnings", True), ("not done", True)]
-    rows = []
-    for stage in stages.active(plan):
-        ended = [record for job, record in found.items()
-                 if job[0] == stage.name and record["status"] == "done"]
-        count = len(stages.tiles_of(plan, stage))
-        rows.append([stage.name, count, *(round(value, 1) for value in (
-            sum(record["seconds"] for record in ended),
-            max((record["seconds"] for record in ended), default=0.0),
-            sum(record["cpu_seconds"] for record in ended))),
-            page.bytes_text(max((record["peak_memory_bytes"] for record in ended), default=0)),
-            sum(len(report["warnings"]) for report in reports.get(stage.name, {}).values()),
-            count - len(ended)])
-    rows.append(["all", *(round(sum(row[column] for row in rows), 1) for column in (1, 2)), "",
-                 round(sum(row[4] for row in rows), 1), "", *(sum(row[column] for row in rows)
-                                                              for column in (6, 7))])
+    head = [("stage", False), ("jobs", True), ("not done", True), ("warnings", True),
+            ("seconds", True), ("longest", True), ("CPU seconds", True), ("peak memory", True)]
+
+    def row(title, count, warnings, done):
+        seconds = [record["seconds"] for record in done]
+        return [title, count, count - len(done), warnings, page.seconds_text(sum(seconds)),
+                page.seconds_text(max(seconds, default=0.0)),
+                page.seconds_text(sum(record["cpu_seconds"] for record in done)),
+                page.bytes_text(max((record["peak_memory_bytes"] for record in done), default=0))]
+
+    done = {}
+    for (stage, _), record in found.items():
+        if record["status"] == "done":
+            done.setdefault(stage, []).append(record)
+    rows = [row(stage.name, len(stages.tiles_of(plan, stage)),
+                sum(len(report["warnings"]) for report in reports.get(stage.name, {}).values()),
+                done.get(stage.name, [])) for stage in stages.active(plan)]
+    rows.append(row("all", sum(entry[1] for entry in rows), sum(entry[3] for entry in rows),
+                    [record for of_stage in done.values() for record in of_stage]))
     return page.table(head, rows)
 
 
-def numbers_of(reports, part):
-    """{name: its values over the tiles} of the numbers in a part of the reports."""
-    values = {}
-    for report in reports.values():
-        for name, value in report[part].items():
-            if isinstance(value, (int, float)) and not isinstance(value, bool):
-                values.setdefault(name, []).append(value)
-    return values
-
-
-def figures_table(reports):
-    head = [("figure", False), ("least", True), ("median", True), ("most", True), ("sum", True)]
-    rows = [[name, min(values), statistics.median(values), max(values), sum(values)]
-            for name, values in numbers_of(reports, "counts").items()]
-    rows += [[name, min(values), statistics.median(values), max(values), ""]
-             for name, values in numbers_of(reports, "quality").items()]
-    return page.table(head, rows) if rows else ""
-
-
 def stage_section(name, reports):
-    warnings = {}
-    for tile, report in reports.items():
-        for text in report["warnings"]:
-            warnings.setdefault(text, []).append(tile)
     parts = [f"<h2>{page.escape(stages.STAGES[name].title)}</h2>"]
-    for text, tiles in warnings.items():
-        parts.append(page.paragraph(text if len(tiles) == 1 else f"{text} ({len(tiles)} tiles)",
-                                    "warning"))
-    parts.append(page.folded("Figures", figures_table(reports), is_open=True))
+    for text, tiles in figures.warnings(reports):
+        like = f" (and like it on {len(tiles) - 1} more tiles)" if len(tiles) > 1 else ""
+        parts.append(page.paragraph(text + like, "warning"))
+    parts.append(page.folded("Figures", figures.table(reports), is_open=True))
     steps = {}
     for report in reports.values():
         for step in report["steps"]:
             steps.setdefault(step["name"], []).append(step["seconds"])
-    parts.append(page.folded("Steps", page.table(
-        [("step", False), ("seconds, all tiles", True), ("longest", True)],
-        [[step, round(sum(times), 2), round(max(times), 2)] for step, times in steps.items()])))
+    if steps:
+        parts.append(page.folded("Steps", page.table(
+            [("step", False), ("seconds, all tiles", True), ("longest", True)],
+            [[step, page.seconds_text(sum(times)), page.seconds_text(max(times))]
+             for step, times in steps.items()])))
     first = next(iter(reports.values()))
     parts.append(page.folded("Parameters of the first job", page.table(
         [("parameter", False), ("value", False)],
-        [[key, ", ".join(map(str, value)) if isinstance(value, list) else value]
+        [[key, page.list_text(value) if isinstance(value, list) else value]
          for key, value in first["parameters"].items()])))
     return "".join(parts)
 
@@ -97,15 +80,18 @@ def failure_section(plan, failed):
     if not lines:
         return ""
     title = f"<h2>What is not whole ({len(lines)})</h2>"
+    more = len(lines) - MOST_LINES
+    if more > 0:
+        lines[MOST_LINES:] = [f"and {more} more: see the folder state"]
     return title + "".join(page.paragraph(line, "failure") for line in lines)
 
 
 def draw(plan, name, words):
     """One picture by cornice-picture; its path, or None with a note in the log."""
     target = records.path(plan, "pictures", name + ".png")
-    os.makedirs(os.path.dirname(target), exist_ok=True)
-    log_path = records.path(plan, "logs", "pictures", name + ".log")
-    os.makedirs(os.path.dirname(log_path), exist_ok=True)
+    log_path = records.log_path(plan, "pictures", name)
+    for file_path in (target, log_path):
+        os.makedirs(os.path.dirname(file_path), exist_ok=True)
     command = [os.path.join(plan["programs"], "cornice-picture")] + words + [
         "-o", target, "--overwrite", "--no-progress"]
     with open(log_path, "w", encoding="utf-8") as log:
@@ -113,29 +99,45 @@ def draw(plan, name, words):
     return target if code == 0 else None
 
 
-def wanted_pictures(plan):
-    """(name, caption, words of cornice-picture) of what can be shown; large surveys show a part."""
-    is_stitched = records.has_succeeded(plan, "stitch", records.SURVEY)
-    meshes = stages.meshes(plan)[:MOST_MESHES_DRAWN] if is_stitched else []
+def part_of(shown, everything):
+    return "" if len(shown) == len(everything) else (
+        f" (the first {len(shown)} of {len(everything)} tiles)")
+
+
+def mesh_pictures(plan):
+    """(name, caption, words of cornice-picture)"""
+    if not records.has_succeeded(plan, "stitch", records.SURVEY):
+        return []
+    everything = stages.meshes(plan)
+    meshes = everything[:MOST_MESHES_DRAWN]
+    if not meshes:
+        return []
+    part = part_of(meshes, everything)
+    return [
+        ("mesh", "The mesh, obliquely from above; red is its underside" + part,
+         ["--view", "oblique"] + meshes),
+        ("hillshade", "The mesh from straight above, north up, lit from the north-west" + part,
+         ["--view", "plan"] + meshes),
+        ("support", "How far the surface is from the nearest measured point: grey up to half a metre, "
+                    "yellow to red up to ten metres and beyond, where a gap was bridged" + part,
+         ["--view", "plan", "--colour", "support"] + meshes)]
+
+
+def point_pictures(plan):
+    everything = stages.readable(plan, "info")
     tiles, points = [], 0
-    for name in stages.readable(plan, "info"):
+    for name in everything:
         points += plan["tiles"][name]["points"]
         if points > MOST_POINTS_DRAWN and tiles:
             break
         tiles.append(stages.tile_path(plan, name))
-    has_lines = records.has_succeeded(plan, "flightlines", records.SURVEY)
-    wanted = []
-    if meshes:
-        wanted += [("mesh", "The mesh, obliquely from above", ["--view", "oblique"] + meshes),
-                   ("hillshade", "The mesh from straight above, lit from the north-west",
-                    ["--view", "plan"] + meshes),
-                   ("support", "Distance of the surface from the nearest measured point: what was "
-                               "measured and what was bridged",
-                    ["--view", "plan", "--colour", "support"] + meshes)]
-    if tiles:
-        wanted.append(("classes", "The points, coloured by class", ["--colour", "class"] + tiles))
-    if tiles and has_lines:
-        wanted.append(("lines", "The points, coloured by the flight line that was found for each",
+    if not tiles:
+        return []
+    part = part_of(tiles, everything)
+    wanted = [("classes", "The points by class: ground brown, vegetation green, buildings red, water "
+                          "blue, bridges yellow, others grey" + part, ["--colour", "class"] + tiles)]
+    if records.has_succeeded(plan, "flightlines", records.SURVEY):
+        wanted.append(("lines", "The points, coloured by the flight line that was found for each" + part,
                        ["--colour", "line", "--flightlines", stages.lines_path(plan)] + tiles))
     return wanted
 
@@ -161,7 +163,7 @@ def summary(plan, reports):
     points = sum(entry["points"] for entry in plan["tiles"].values())
     area = sum((box[2] - box[0]) * (box[3] - box[1])
                for box in (entry["box"] for entry in plan["tiles"].values()))
-    facts = [f"{len(plan['tiles'])} tiles, {points:,} points, {area / 1e6:.3f} km²",
+    facts = [f"{len(plan['tiles']):,} tiles, {points:,} points, {area / 1e6:,.3f} km²",
              plan["crs"] or "no coordinate system", plan["version"]]
     for of_stage in reports.values():
         machine = next(iter(of_stage.values()))["machine"]
@@ -178,10 +180,12 @@ def write(plan, failed):
     reports = read_reports(plan, found)
     body = summary(plan, reports) + failure_section(plan, failed)
     body += "".join(page.paragraph(text, "warning") for text in plan["warnings"])
-    for name, caption, words in wanted_pictures(plan):
+    pictures = ""
+    for name, caption, words in mesh_pictures(plan) + point_pictures(plan):
         drawn = draw(plan, name, words)
-        body += page.picture(drawn, caption) if drawn else page.paragraph(
+        pictures += page.picture(drawn, caption) if drawn else page.paragraph(
             f"The picture \"{name}\" could not be drawn, see logs/pictures/{name}.log.", "warning")
+    body += figures.results(reports) + pictures
     body += "<h2>What ran</h2>" + stage_table(plan, found, reports)
     for name, of_stage in reports.items():
         body += stage_section(name, of_stage)

@@ -120,6 +120,24 @@ class Report(unittest.TestCase):
         self.assertEqual(page.targets, [])
         self.assertIn("could not be drawn", page.text)
 
+    def test_says_once_what_many_tiles_warn_of(self):
+        self.finish("a", stage_report(warnings=["is 0.11 m off, more than 0.1"]))
+        self.finish("b", stage_report(warnings=["is 0.132 m off, more than 0.1", "is of b"]))
+        text = self.page().text
+        self.assertIn("is 0.11 m off, more than 0.1 (and like it on 1 more tiles)", text)
+        self.assertNotIn("0.132", text)
+        self.assertIn("is of b", text)
+
+    def test_shows_figures_in_groups_and_names_those_that_are_nought(self):
+        self.plan["tiles"].pop("b")
+        self.finish("a", stage_report(
+            counts={"points": 7, "invalid_time": 0},
+            quality={"largest_move_m": 0.25, "inner": {"share_min_angle_20": 0.99},
+                     "levels": [{"level": 0, "cells": 1}, {"level": 1, "cells": 4}]}))
+        text = self.page().text
+        for wanted in ("largest move, m", "inner: share min angle 20", "None: invalid time.", "cells"):
+            self.assertIn(wanted, text)
+
     def test_shows_warnings_and_failures_as_text(self):
         self.finish("a", stage_report(warnings=["<b>1 & 2</b>"]))
         self.plan["unusable"] = {"c.laz": "is <empty>"}
