@@ -1,40 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "core/io/cog_writer.h"
 
-#include <cpl_string.h>
 #include <gdal.h>
 
 #include <array>
-#include <mutex>
 #include <utility>
 
 #include "core/base/error.h"
 #include "core/geo/gdal_handles.h"
-#include "core/io/gdal_messages.h"
+#include "core/io/gdal_output.h"
 
 namespace cornice {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct StringListDeleter {
-  void operator()(char** list) const { CSLDestroy(list); }
-};
-using StringList = std::unique_ptr<char*, StringListDeleter>;
-
-StringList string_list(const std::vector<std::string>& lines) {
-  char** list = nullptr;
-  for (const std::string& line : lines) list = CSLAddString(list, line.c_str());
-  return StringList(list);
-}
-
-GDALDriverH driver(const char* name) {
-  static std::once_flag once;
-  std::call_once(once, [] { GDALAllRegister(); });
-  GDALDriverH found = GDALGetDriverByName(name);
-  if (found == nullptr) throw RunError(name, "this GDAL has no such driver; install libgdal-dev");
-  return found;
-}
 
 [[noreturn]] void fail(const fs::path& path, const GdalMessages& messages) {
   throw RunError(path.string(), "cannot be written" + messages.tail());
@@ -54,7 +33,7 @@ CogWriter::CogWriter(fs::path path, const RasterGrid& grid, const Crs& crs,
       string_list({"TILED=YES", "BLOCKXSIZE=512", "BLOCKYSIZE=512", "COMPRESS=DEFLATE", "ZLEVEL=1",
                    "PREDICTOR=3", "INTERLEAVE=BAND", "BIGTIFF=YES", "SPARSE_OK=TRUE"});
   DatasetPtr& dataset = handle_->dataset;
-  dataset.reset(GDALCreate(driver("GTiff"), blocks_.path().c_str(), grid.width, grid.height,
+  dataset.reset(GDALCreate(gdal_driver("GTiff"), blocks_.path().c_str(), grid.width, grid.height,
                            static_cast<int>(bands.size()), GDT_Float32, options.get()));
   if (!dataset) fail(path, messages);
   std::array<double, 6> transform{grid.west, grid.step, 0.0, grid.north, 0.0, -grid.step};
@@ -85,15 +64,7 @@ void CogWriter::commit() {
   const GdalMessages messages;
   GDALFlushCache(handle_->dataset.get());
   if (!messages.tail().empty()) fail(target_.target(), messages);
-  const StringList options =
-      string_list({"COMPRESS=DEFLATE", "PREDICTOR=FLOATING_POINT", "BLOCKSIZE=512",
-                   "OVERVIEW_RESAMPLING=AVERAGE", "BIGTIFF=IF_SAFER", "NUM_THREADS=1"});
-  DatasetPtr written(GDALCreateCopy(driver("COG"), target_.path().c_str(), handle_->dataset.get(),
-                                    FALSE, options.get(), nullptr, nullptr));
-  if (!written) fail(target_.target(), messages);
-  written.reset();
-  // GDAL tells of a full disk at the end, and only so.
-  if (!messages.tail().empty()) fail(target_.target(), messages);
+  copy_to_cog(handle_->dataset.get(), target_.path(), target_.target(), messages);
   target_.commit();
 }
 
