@@ -139,10 +139,10 @@ TEST_P(SurveyMeshes, TogetherAreTheMeshOfTheWhole) {
   const std::vector<fs::path> tiles = write_patchwork(folder, ground);
   const auto one = mesh_survey(folder, "one", {whole}, 4000);
   const auto many = mesh_survey(folder, "many", tiles, 4000);
-  const auto cut = mesh_survey(folder, "cut", {whole}, 16);
+  const auto cut = mesh_survey(folder, "cut", {whole}, 25);
   ASSERT_EQ(one.size(), 1u);
   ASSERT_EQ(many.size(), 5u);
-  ASSERT_EQ(cut.size(), 20u);
+  ASSERT_EQ(cut.size(), 6u);
   const auto truth = faces_of(one);
   ASSERT_FALSE(truth.empty());
   EXPECT_TRUE(faces_of(many) == truth);
@@ -197,7 +197,8 @@ TEST(SurveyMesh, OfResampledTilesMeetsToo) {
     SurveyOptions options;
     options.resample_m = step;
     const auto whole = mesh_survey(folder, "whole", tiles, 4000, 1, options);
-    const auto cut = mesh_survey(folder, "cut", tiles, 9, 2, options);
+    const auto cut =
+        mesh_survey(folder, "cut", tiles, static_cast<std::int64_t>(14.0 / step), 2, options);
     EXPECT_GT(cut.size(), whole.size());
     const auto faces = faces_of(whole);
     EXPECT_TRUE(faces_of(cut) == faces);
