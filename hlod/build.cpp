@@ -68,16 +68,16 @@ class Builders {
   std::vector<std::unique_ptr<BlockBuilder>> idle_;
 };
 
-/// The cells of each block, blocks in the order of their keys.
-std::vector<std::vector<const BuildCell*>> blocks_of(const std::vector<BuildCell>& cells, int side,
-                                                     Partition partition) {
-  std::vector<std::pair<CellKey, const BuildCell*>> sorted;
-  for (const BuildCell& cell : cells) {
-    sorted.emplace_back(block_of_cell(cell.key, side, partition), &cell);
+using Infos = std::vector<CellSource::Info>;
+
+/// Indices of the cells of each block, blocks in the order of their keys.
+std::vector<std::vector<std::size_t>> blocks_of(const Infos& cells, int side, Partition partition) {
+  std::vector<std::pair<CellKey, std::size_t>> sorted;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    sorted.emplace_back(block_of_cell(cells[i].key, side, partition), i);
   }
-  std::stable_sort(sorted.begin(), sorted.end(),
-                   [](const auto& a, const auto& b) { return a.first < b.first; });
-  std::vector<std::vector<const BuildCell*>> blocks;
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<std::vector<std::size_t>> blocks;
   for (std::size_t i = 0; i < sorted.size(); ++i) {
     if (i == 0 || sorted[i].first != sorted[i - 1].first) blocks.emplace_back();
     blocks.back().push_back(sorted[i].second);
@@ -85,12 +85,12 @@ std::vector<std::vector<const BuildCell*>> blocks_of(const std::vector<BuildCell
   return blocks;
 }
 
-LevelCounts count_level(const std::vector<BuildCell>& cells) {
+LevelCounts count_level(const Infos& cells) {
   LevelCounts counts;
   counts.cells = cells.size();
-  for (const BuildCell& cell : cells) {
-    counts.triangles += cell.triangles.size();
-    counts.vertices += cell.vertices.size();
+  for (const CellSource::Info& cell : cells) {
+    counts.triangles += cell.triangles;
+    counts.vertices += cell.vertices;
     counts.error_max_m = std::max(counts.error_max_m, double{cell.error_m});
   }
   return counts;
@@ -171,45 +171,77 @@ Header plan_header(const InputSummary& input, const BuildOptions& options) {
   return header;
 }
 
-std::vector<LevelCounts> build_levels(std::vector<BuildCell> leaves, const Header& header,
+CellsInMemory::CellsInMemory(std::vector<BuildCell> cells) : cells_(std::move(cells)) {
+  std::sort(cells_.begin(), cells_.end(),
+            [](const BuildCell& a, const BuildCell& b) { return a.key < b.key; });
+  for (const BuildCell& c : cells_) {
+    infos_.push_back({c.key, c.error_m, c.triangles.size(), c.vertices.size()});
+  }
+}
+
+LevelCounts build_level(CellSource& source, const Header& header, const BlockOptions& options,
+                        const LevelTask& task, const CellSink& parents, const PartSink& parts,
+                        Progress& progress) {
+  const Infos& infos = source.infos();
+  LevelCounts counts = count_level(infos);
+  if (infos.empty()) return counts;
+  const auto blocks = blocks_of(infos, options.side, header.partition);
+  counts.blocks = blocks.size();
+  std::vector<std::uint64_t> locked(blocks.size());
+  Builders builders(header, options);
+  progress.begin("level " + std::to_string(infos.front().key.level), counts.triangles);
+  parallel_for(blocks.size(), 1, task.threads, [&](std::size_t b, std::size_t) {
+    check_cancelled(progress);
+    std::vector<CellKey> keys;
+    for (const std::size_t i : blocks[b]) keys.push_back(infos[i].key);
+    if (task.skips && task.skips(keys)) return;
+    std::vector<BuildCell> cells;
+    for (const std::size_t i : blocks[b]) cells.push_back(source.take(i));
+    std::vector<const BuildCell*> pointers;
+    for (const BuildCell& cell : cells) pointers.push_back(&cell);
+    std::unique_ptr<BlockBuilder> builder = builders.take();
+    BlockResult result = builder->run(pointers);
+    builders.give_back(std::move(builder));
+    locked[b] = result.counts.locked_vertices;
+    cells.clear();
+    for (BuildCell& parent : result.parents) parents(std::move(parent));
+    for (FinishedPart& part : result.finished) parts(std::move(part));
+    progress.advance(result.counts.triangles_in);
+  });
+  progress.end();
+  for (const std::uint64_t n : locked) counts.locked_vertices += n;
+  return counts;
+}
+
+LevelCounts finish_roots(CellSource& source, const PartSink& parts) {
+  PartMaker maker;
+  std::vector<FinishedPart> made;
+  for (std::size_t i = 0; i < source.infos().size(); ++i) {
+    maker.add_parts(source.take(i), {}, {}, made);
+  }
+  for (FinishedPart& part : made) parts(std::move(part));
+  return count_level(source.infos());
+}
+
+std::vector<LevelCounts> build_levels(std::vector<BuildCell> cells, const Header& header,
                                       const BlockOptions& options, int threads,
                                       const PartSink& sink, Progress& progress) {
-  const int finest = header.lattice.finest_level;
-  std::vector<LevelCounts> counts(static_cast<std::size_t>(finest) + 1);
-  Builders builders(header, options);
-  std::vector<BuildCell> cells = std::move(leaves);
+  std::vector<LevelCounts> counts(static_cast<std::size_t>(header.lattice.finest_level) + 1);
+  CellsInMemory source(std::move(cells));
+  const int finest = source.infos().empty() ? 0 : source.infos().front().key.level;
   for (int level = finest; level > 0; --level) {
-    LevelCounts& own = counts[static_cast<std::size_t>(level)];
-    own = count_level(cells);
-    const auto blocks = blocks_of(cells, options.side, header.partition);
-    own.blocks = blocks.size();
-    std::vector<std::vector<BuildCell>> parents(blocks.size());
-    std::vector<std::uint64_t> locked(blocks.size());
-    progress.begin("level " + std::to_string(level), own.triangles);
-    parallel_for(blocks.size(), 1, threads, [&](std::size_t b, std::size_t) {
-      check_cancelled(progress);
-      std::unique_ptr<BlockBuilder> builder = builders.take();
-      BlockResult result = builder->run(blocks[b]);
-      builders.give_back(std::move(builder));
-      parents[b] = std::move(result.parents);
-      locked[b] = result.counts.locked_vertices;
-      for (FinishedPart& part : result.finished) sink(std::move(part));
-      progress.advance(result.counts.triangles_in);
-    });
-    progress.end();
-    for (const std::uint64_t n : locked) own.locked_vertices += n;
-    cells.clear();
-    for (auto& part : parents) {
-      std::move(part.begin(), part.end(), std::back_inserter(cells));
-    }
-    std::sort(cells.begin(), cells.end(),
-              [](const BuildCell& a, const BuildCell& b) { return a.key < b.key; });
+    std::mutex mutex;
+    std::vector<BuildCell> next;
+    counts[static_cast<std::size_t>(level)] = build_level(
+        source, header, options, {threads, {}},
+        [&](BuildCell cell) {
+          const std::lock_guard lock(mutex);
+          next.push_back(std::move(cell));
+        },
+        sink, progress);
+    source = CellsInMemory(std::move(next));
   }
-  counts[0] = count_level(cells);
-  PartMaker maker;
-  std::vector<FinishedPart> parts;
-  for (const BuildCell& cell : cells) maker.add_parts(cell, {}, {}, parts);
-  for (FinishedPart& part : parts) sink(std::move(part));
+  counts[0] = finish_roots(source, sink);
   return counts;
 }
 

@@ -53,11 +53,56 @@ struct LevelCounts {
 
 /// Takes a finished part; called from several threads.
 using PartSink = std::function<void(FinishedPart part)>;
+/// Takes a cell of the next coarser level; called from several threads, in any order.
+using CellSink = std::function<void(BuildCell cell)>;
 
-/// Builds all levels above the leaves, which are given in the order of their keys, and hands every
-/// cell of every level to the sink. Returns counts per level. The same parts for any number of
-/// threads.
-std::vector<LevelCounts> build_levels(std::vector<BuildCell> leaves, const Header& header,
+/// The cells of one level, in memory or on disk. Safe to read from several threads, each cell by
+/// one of them.
+class CellSource {
+ public:
+  struct Info {
+    CellKey key;
+    float error_m = 0;
+    std::uint64_t triangles = 0, vertices = 0;
+  };
+  virtual ~CellSource() = default;
+  /// In the order of their keys.
+  virtual const std::vector<Info>& infos() const = 0;
+  /// The cell that infos()[index] is about; asked for once.
+  virtual BuildCell take(std::size_t index) = 0;
+};
+
+/// Cells in memory.
+class CellsInMemory : public CellSource {
+ public:
+  /// In any order.
+  explicit CellsInMemory(std::vector<BuildCell> cells);
+  const std::vector<Info>& infos() const override { return infos_; }
+  BuildCell take(std::size_t index) override { return std::move(cells_[index]); }
+
+ private:
+  std::vector<BuildCell> cells_;
+  std::vector<Info> infos_;
+};
+
+/// What of a level shall be built.
+struct LevelTask {
+  int threads = 0;
+  /// Blocks to leave out; none where empty. Given the block's cells' keys.
+  std::function<bool(const std::vector<CellKey>& cells)> skips;
+};
+
+/// Simplifies the cells of one level above 0. The same cells and parts for any number of threads.
+LevelCounts build_level(CellSource& source, const Header& header, const BlockOptions& options,
+                        const LevelTask& task, const CellSink& parents, const PartSink& parts,
+                        Progress& progress = no_progress());
+
+/// Hands over the cells of level 0, which have no parents.
+LevelCounts finish_roots(CellSource& source, const PartSink& parts);
+
+/// Builds all levels above the given cells, all of one level, in memory, and hands every part of
+/// every level to the sink. Returns counts per level.
+std::vector<LevelCounts> build_levels(std::vector<BuildCell> cells, const Header& header,
                                       const BlockOptions& options, int threads,
                                       const PartSink& sink, Progress& progress = no_progress());
 
