@@ -46,12 +46,15 @@ GlVertexArray make_vertex_array() {
 }
 
 GlProgram make_program(const std::string& name, const char* vertex_source,
-                       const char* fragment_source) {
+                       const char* fragment_source, const std::vector<const char*>& captured) {
   const GLuint vertex = compile(GL_VERTEX_SHADER, name + " (vertices)", vertex_source);
   const GLuint fragment = compile(GL_FRAGMENT_SHADER, name + " (fragments)", fragment_source);
   GlProgram program(glCreateProgram());
   glAttachShader(program.id(), vertex);
   glAttachShader(program.id(), fragment);
+  if (!captured.empty())
+    glTransformFeedbackVaryings(program.id(), static_cast<GLsizei>(captured.size()),
+                                captured.data(), GL_INTERLEAVED_ATTRIBS);
   glLinkProgram(program.id());
   glDeleteShader(vertex);
   glDeleteShader(fragment);

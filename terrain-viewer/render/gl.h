@@ -6,9 +6,9 @@
 #include <epoxy/gl.h>
 
 #include <cstddef>
-#include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace cornice::viewer {
 
@@ -52,8 +52,9 @@ GlBuffer make_buffer(std::size_t bytes);
 GlVertexArray make_vertex_array();
 
 /// Compiles and links. Throws RunError with the driver's log, which is a fault of the program.
+/// captured: outputs of the vertex shader that transform feedback is to write.
 GlProgram make_program(const std::string& name, const char* vertex_source,
-                       const char* fragment_source);
+                       const char* fragment_source, const std::vector<const char*>& captured = {});
 
 /// Colours and depths to draw into: RGBA8 and 32-bit float depth.
 class Target {

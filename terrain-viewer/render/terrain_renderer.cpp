@@ -280,6 +280,21 @@ DrawCounts TerrainRenderer::draw(const DrawList& list, const GpuCells& cells, co
   return counts;
 }
 
+void TerrainRenderer::place(const DrawList& list, const GpuCells& cells, std::size_t count,
+                            GLuint places) {
+  const GlProgram program =
+      make_program("places", shaders::kSurfaceVertex, shaders::kSurfaceFragment, {"from_eye"});
+  state_->prepare(list, cells);
+  glUseProgram(program.id());
+  glBindBufferBase(GL_TRANSFORM_FEEDBACK_BUFFER, 0, places);
+  glEnable(GL_RASTERIZER_DISCARD);
+  glBeginTransformFeedback(GL_POINTS);
+  const auto first = static_cast<GLint>(list.items.front().cell.first_vertex);
+  glDrawArraysInstancedBaseInstance(GL_POINTS, first, static_cast<GLsizei>(count), 1, 0);
+  glEndTransformFeedback();
+  glDisable(GL_RASTERIZER_DISCARD);
+}
+
 DrawCounts TerrainRenderer::count(const DrawList& list, const GpuCells& cells) {
   state_->set_frame({}, {});
   DrawCounts counts = state_->prepare(list, cells);

@@ -53,6 +53,10 @@ class TerrainRenderer {
   /// Draws one hierarchy over what is there. begin comes first.
   DrawCounts draw(const DrawList& list, const GpuCells& cells, const Style& style,
                   const Swipe& swipe = {});
+  /// Writes where the vertex shader puts the first `count` vertices of the list's first cell, three
+  /// floats each, metres from the eye, into a buffer: for tests of the shader itself. begin comes
+  /// first.
+  void place(const DrawList& list, const GpuCells& cells, std::size_t count, GLuint places);
   /// Instead of colours adds 1 to every pixel for each time that it is drawn.
   DrawCounts count(const DrawList& list, const GpuCells& cells);
 

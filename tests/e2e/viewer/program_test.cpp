@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// cornice-viewer without a window, on a hierarchy that cornice-hlod builds of ground with an
+// overhang.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "core/io/ply.h"
+#include "terrain-viewer/scene/camera_file.h"
+#include "tests/support/meshes.h"
+#include "tests/support/picture.h"
+#include "tests/support/process.h"
+#include "tests/support/temporary_folder.h"
+
+namespace cornice::viewer {
+namespace {
+
+using test::ProcessResult;
+using test::run_process;
+
+const std::string kHlod = CORNICE_BIN_DIR "/cornice-hlod";
+const std::string kViewer = CORNICE_BIN_DIR "/cornice-viewer";
+constexpr double kWest = 2600000.0, kSouth = 1200000.0;
+
+double height(double x, double y) {
+  return 60.0 * std::exp(-0.0004 * ((x - 130.0) * (x - 130.0) + (y - 90.0) * (y - 90.0))) +
+         6.0 * std::sin(0.08 * x) * std::cos(0.05 * y) + 0.8 * std::sin(0.9 * x + 0.7 * y);
+}
+
+/// One hierarchy of 260 m of hills for all tests.
+class Viewer : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new test::TemporaryFolder;
+    Mesh mesh = test::height_mesh(0.0, 0.0, 520, 0.5, height);
+    mesh.origin = {kWest, kSouth, 1800.0};
+    mesh.crs_text = "EPSG:2056+5728";
+    write_ply(*folder_ / "hills.ply", mesh);
+    const ProcessResult built =
+        run_process({kHlod, "build", *folder_ / "hills.ply", "-o", *folder_ / "hills.hlod",
+                     "--triangles-per-cell", "4000", "--no-progress"});
+    ASSERT_EQ(built.exit_code, 0) << built.err;
+  }
+  static void TearDownTestSuite() { delete folder_; }
+
+  static ProcessResult view(std::vector<std::string> more, const std::string& file = "hills.hlod") {
+    std::vector<std::string> arguments{kViewer, *folder_ / file, "--headless", "--no-progress"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_process(arguments);
+  }
+  static std::string at(const std::string& name) { return (*folder_ / name).string(); }
+
+  static Camera above_hills(double x, double y, double up, double heading, double pitch) {
+    Camera camera;
+    camera.eye = {kWest + x, kSouth + y, 1800.0 + height(x, y) + up};
+    camera.heading_deg = heading;
+    camera.pitch_deg = pitch;
+    camera.field_of_view_deg = 50.0;
+    return camera;
+  }
+
+  static inline test::TemporaryFolder* folder_ = nullptr;
+};
+
+TEST_F(Viewer, DrawsAllThereIsWhereNoCameraIsGiven) {
+  const ProcessResult drawn =
+      view({"-o", at("all.png"), "--size", "320x200", "--no-sky", "--shading", "plain"});
+  ASSERT_EQ(drawn.exit_code, 0) << drawn.err;
+  const Picture picture = test::read_png(at("all.png"));
+  ASSERT_EQ(picture.width, 320);
+  ASSERT_EQ(picture.height, 200);
+  const std::size_t black = test::count_of(picture, {0, 0, 0});
+  EXPECT_GT(black, 64000u / 10) << "the ground does not fill the picture";
+  EXPECT_LT(black, 64000u * 9 / 10) << "the ground is in the picture";
+  for (const int x : {0, 319})
+    for (const int y : {0, 199})
+      EXPECT_EQ(picture.pixels[static_cast<std::size_t>(y * 320 + x)],
+                (std::array<std::uint8_t, 3>{0, 0, 0}));
+}
+
+TEST_F(Viewer, ShowsNoCrackInAFlightThroughLevelsThatAreStillBeingLoaded) {
+  CameraPath path;
+  path.frames_per_second = 15.0;
+  for (int key = 0; key < 5; ++key)
+    path.keys.push_back({1.0 * key, above_hills(60.0 + 35.0 * key, 120.0 - 12.0 * key,
+                                                4.0 + 9.0 * (key % 2), 20.0 * key, -75.0)});
+  write_camera_path(at("flight.json"), path);
+  const ProcessResult drawn =
+      view({"-o", at("f_%03d.png"), "--path", at("flight.json"), "--size", "160x120", "--no-sky",
+            "--shading", "level", "--stream", "--error-pixels", "4", "--samples", "1"});
+  ASSERT_EQ(drawn.exit_code, 0) << drawn.err;
+  for (int frame = 0; frame <= 60; ++frame) {
+    std::array<char, 32> name{};
+    std::snprintf(name.data(), name.size(), "f_%03d.png", frame);
+    const Picture picture = test::read_png(at(name.data()));
+    ASSERT_EQ(test::count_of(picture, {0, 0, 0}), 0u) << "a hole in " << name.data();
+  }
+}
+
+TEST_F(Viewer, DrawsWithFewTrianglesAlmostWhatTheFinestMeshLooksLike) {
+  write_camera(at("valley.json"), above_hills(40.0, 30.0, 12.0, 45.0, -12.0));
+  const auto draw = [&](const std::string& name, const std::string& pixels) {
+    const ProcessResult drawn =
+        view({"-o", at(name), "--camera", at("valley.json"), "--size", "480x320", "--error-pixels",
+              pixels, "--report", at(name + ".json")});
+    EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
+    std::ifstream report(at(name + ".json"));
+    return nlohmann::json::parse(report)["quality"]["triangles, median"].get<double>();
+  };
+  const double finest = draw("finest.png", "0.1");
+  const double chosen = draw("chosen.png", "2");
+  EXPECT_LT(chosen, 0.6 * finest);
+  const test::PictureDifference difference =
+      test::compare_pictures(test::read_png(at("finest.png")), test::read_png(at("chosen.png")));
+  EXPECT_LE(difference.mean, 2.0);
+  EXPECT_GE(difference.share_within(16), 0.99);
+}
+
+TEST_F(Viewer, WritesTheSamePictureEachTime) {
+  for (const char* name : {"one.png", "two.png"})
+    ASSERT_EQ(view({"-o", at(name), "--size", "200x150", "--contours-m", "5"}).exit_code, 0);
+  EXPECT_EQ(test::read_text(at("one.png")), test::read_text(at("two.png")));
+}
+
+TEST_F(Viewer, KeepsToTheMemoryOfTheGpuAndSaysThatPicturesAreCoarser) {
+  write_camera(at("near.json"), above_hills(130.0, 90.0, 3.0, 0.0, -20.0));
+  const ProcessResult drawn =
+      view({"-o", at("small.png"), "--camera", at("near.json"), "--size", "200x150",
+            "--error-pixels", "0.1", "--gpu-memory-mib", "16", "--report", at("small.json")});
+  ASSERT_EQ(drawn.exit_code, 0) << drawn.err;
+  std::ifstream report(at("small.json"));
+  const auto quality = nlohmann::json::parse(report)["quality"];
+  EXPECT_LE(quality["memory on the GPU, MiB"].get<double>(), 16.0);
+}
+
+TEST_F(Viewer, DrawsTheParentOfADamagedCellAndNamesTheCell) {
+  std::string bytes = test::read_text(at("hills.hlod"));
+  // The blocks lie between the header and the node table at the end; the finest are last.
+  bytes[bytes.size() * 3 / 5] = static_cast<char>(bytes[bytes.size() * 3 / 5] ^ 0x55);
+  test::write_text(at("damaged.hlod"), bytes);
+  const ProcessResult drawn =
+      view({"-o", at("damaged.png"), "--size", "200x150", "--no-sky", "--error-pixels", "0.1"},
+           "damaged.hlod");
+  ASSERT_EQ(drawn.exit_code, 0) << drawn.err;
+  EXPECT_NE(drawn.err.find("cell "), std::string::npos) << drawn.err;
+  EXPECT_NE(drawn.err.find("parent is drawn"), std::string::npos) << drawn.err;
+}
+
+TEST_F(Viewer, RefusesWhatItCannotUseInOneLine) {
+  test::write_text(at("no.hlod"), "this is no hierarchy");
+  const auto expect = [&](const ProcessResult& result, int code, const std::string& part) {
+    EXPECT_EQ(result.exit_code, code) << result.err;
+    EXPECT_EQ(test::line_count(result.err), 1u) << result.err;
+    EXPECT_NE(result.err.find(part), std::string::npos) << result.err;
+  };
+  expect(view({"-o", at("x.png")}, "no.hlod"), 3, "no.hlod");
+  expect(view({"-o", at("x.png")}, "missing.hlod"), 3, "missing.hlod");
+  expect(view({"-o", at("x.png"), "--size", "0x9"}), 2, "--size");
+  expect(view({"-o", at("x.png"), "--time", "noon"}), 2, "--time");
+  test::write_text(at("bad.json"), "{\"eye\": 3}");
+  expect(view({"-o", at("x.png"), "--camera", at("bad.json")}), 3, "eye");
+  expect(view({"-o", at("x.png"), "--path", at("bad.json")}), 3, "keys");
+}
+
+}  // namespace
+}  // namespace cornice::viewer

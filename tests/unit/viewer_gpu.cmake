@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+cornice_test(viewer_gpu unit/viewer_gpu/morph_shader_test.cpp LIBS cornice_viewer_render)
