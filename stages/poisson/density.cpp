@@ -25,6 +25,10 @@ constexpr float kPlaneValue = 0.55f;
 constexpr float kTooFew = 2.0f, kEnough = 6.0f;
 /// Ground in one cell, in squared cell sides; more is a lonely heap of points.
 constexpr float kAreaMax = 2.0f;
+/// Ground with fewer points per squared finest step than this is sparse. There each point holds the
+/// surface more firmly, by up to kSparsePull: noise averages out less than the ground bends between
+/// points.
+constexpr float kSparse = 3.0f, kSparsePull = 4.0f;
 
 struct Amount {
   float weight = 0.0f, count = 0.0f;
@@ -186,6 +190,7 @@ void apply(SampleLevel& level, int number, const std::vector<DensityGrid>& grids
                 s.fraction + Vec3<int>{s.cell & 7, s.cell >> 3 & 7, s.cell >> 6}.cast<float>());
             const float area = s.weight / around.weight * std::ldexp(1.0f, -2 * number);
             s.area = std::min(area, kAreaMax);
+            s.pull = s.area * std::clamp(kSparse / around.weight, 1.0f, kSparsePull);
             s.depth = std::max(
                 0.0f, 0.5f * std::log2(static_cast<float>(points_per_cell) / around.count));
             s.dense = s.depth < static_cast<float>(number + 1) ? 1 : 0;
@@ -207,7 +212,8 @@ void inherit_dense(const SampleLevel& finer, SampleLevel& level, int threads) {
                                             dense[(x >> 1) | (y >> 1) << 3 | (z >> 1) << 6] = 1;
                                         });
                    for (std::uint64_t i = level.first[b]; i < level.first[b + 1]; ++i) {
-                     if (dense[level.samples[i].cell]) level.samples[i].dense = 1;
+                     Sample& s = level.samples[i];
+                     if (dense[s.cell]) s.dense = s.inherited = 1;
                    }
                  }
                });

@@ -3,8 +3,10 @@ cornice_library(
   poisson_engine
   bricks.cpp
   closed_brick.cpp
+  composite.cpp
   constraints.cpp
   density.cpp
+  equations.cpp
   field.cpp
   grid.cpp
   near.cpp

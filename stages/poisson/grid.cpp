@@ -124,7 +124,11 @@ std::uint64_t count_active(const Grid& grid) {
   return count;
 }
 
-void prolong(Grid& grid, std::span<const LevelView> coarser, int threads) {
+namespace {
+
+/// Calls set(values, interpolated) for every brick, both of 512 nodes.
+template <class Set>
+void for_each_interpolated(Grid& grid, std::span<const LevelView> coarser, int threads, Set set) {
   std::vector<LevelView> levels{{}};
   const BrickIndex none;
   levels.front().index = &none;
@@ -132,15 +136,33 @@ void prolong(Grid& grid, std::span<const LevelView> coarser, int threads) {
   parallel_for(grid.bricks.size(), kBricksAtATime, threads,
                [&](std::size_t begin, std::size_t end) {
                  std::array<float, kClosedBrickNodes> closed{};
+                 std::array<float, kBrickNodes> owned;
                  for (std::size_t b = begin; b < end; ++b) {
                    const bool covered = read_closed_brick(levels, grid.bricks[b], closed);
                    assert(covered && "the coarsest level covers the domain with a margin");
                    static_cast<void>(covered);
-                   float* to = grid.values.data() + b * kBrickNodes;
                    for (int i = 0; i < kBrickNodes; ++i)
-                     to[i] = closed[i % 8 + 9 * (i / 8 % 8 + 9 * (i / 64))];
+                     owned[i] = closed[i % 8 + 9 * (i / 8 % 8 + 9 * (i / 64))];
+                   set(grid.values.data() + b * kBrickNodes, owned);
                  }
                });
+}
+
+}  // namespace
+
+void prolong(Grid& grid, std::span<const LevelView> coarser, int threads) {
+  for_each_interpolated(grid, coarser, threads,
+                        [](float* values, const std::array<float, kBrickNodes>& owned) {
+                          std::copy(owned.begin(), owned.end(), values);
+                        });
+}
+
+void prolong_below_details(Grid& grid, std::span<const LevelView> coarser, int threads) {
+  for_each_interpolated(grid, coarser, threads,
+                        [](float* values, const std::array<float, kBrickNodes>& owned) {
+                          for (int i = 0; i < kBrickNodes; ++i)
+                            values[i] = owned[i] + (is_even(i) ? 0.0f : values[i]);
+                        });
 }
 
 }  // namespace cornice::poisson

@@ -37,6 +37,9 @@ struct Grid {
   std::vector<RowMasks> active;
   std::vector<float> values;       ///< the field, 512 a brick
   std::vector<float> constraints;  ///< right-hand side, over the spacing; 512 a brick
+  /// What the equations are solved for while finer levels take part (composite.h); over the
+  /// spacing, 512 a brick.
+  std::vector<float> right_side;
   bool whole = false;  ///< covers the whole domain: reflecting border, every node active
 };
 
@@ -53,7 +56,13 @@ std::vector<Neighbours> find_neighbours(std::span<const BrickKey> bricks, const 
 /// Number of active nodes.
 std::uint64_t count_active(const Grid& grid);
 
+/// True for the nodes of a brick (0 .. 511) that the next coarser level has, too.
+constexpr bool is_even(int node) { return (node & 0111) == 0; }
+
 /// Sets all values to the interpolation of the coarser levels: coarser[0] is the next one.
 void prolong(Grid& grid, std::span<const LevelView> coarser, int threads);
+
+/// The same, but adds it to what the nodes hold that are not even.
+void prolong_below_details(Grid& grid, std::span<const LevelView> coarser, int threads);
 
 }  // namespace cornice::poisson

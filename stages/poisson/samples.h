@@ -14,14 +14,16 @@ namespace cornice::poisson {
 /// All points of one cell as one (Kazhdan & Hoppe 2013, section 4.2: the mean position stands for
 /// the points, with the sum of their weights).
 struct Sample {
-  Vec3f fraction;           ///< weighted mean position within the cell, 0..1 per axis
-  Vec3f normal;             ///< sum of quality times unit normal
-  float weight = 0.0f;      ///< sum of quality
-  float count = 0.0f;       ///< points, each finest cell counting for at most kCellCountMax
-  float area = 0.0f;        ///< of the ground that the cell's points stand for, in squared spacings
-  float depth = 0.0f;       ///< the level, not rounded, that suits the points' density; >= 0
-  std::uint16_t cell = 0;   ///< within its brick, x fastest
-  std::uint16_t dense = 0;  ///< 1 where this level is used, or a finer one
+  Vec3f fraction;          ///< weighted mean position within the cell, 0..1 per axis
+  Vec3f normal;            ///< sum of quality times unit normal
+  float weight = 0.0f;     ///< sum of quality
+  float count = 0.0f;      ///< points, each finest cell counting for at most kCellCountMax
+  float area = 0.0f;       ///< of the ground that the cell's points stand for, in squared spacings
+  float pull = 0.0f;       ///< area that screening counts, in squared spacings
+  float depth = 0.0f;      ///< the level, not rounded, that suits the points' density; >= 0
+  std::uint16_t cell = 0;  ///< within its brick, x fastest
+  std::uint8_t dense = 0;  ///< 1 where this level is used, or a finer one
+  std::uint8_t inherited = 0;  ///< 1 where a finer one is
 };
 
 /// More points than this in one cell say nothing more about how densely the ground is covered: a

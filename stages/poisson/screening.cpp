@@ -13,11 +13,11 @@ constexpr std::size_t kBricksAtATime = 64;
 /// Appends a brick's ties, sorted.
 void append_ties(const SampleLevel& samples, BrickKey brick, float weight, std::vector<Tie>& ties) {
   const auto begin = static_cast<std::ptrdiff_t>(ties.size());
-  for_each_sample_near(samples, brick, -1, kBrickSide - 1,
-                       [&](const Sample& s, int x, int y, int z) {
-                         ties.push_back({s.fraction, weight * s.area, static_cast<std::int8_t>(x),
-                                         static_cast<std::uint8_t>((y + 1) + kTieSide * (z + 1))});
-                       });
+  for_each_sample_near(
+      samples, brick, -1, kBrickSide - 1, [&](const Sample& s, int x, int y, int z) {
+        ties.push_back({s.fraction, weight * s.pull, static_cast<std::int8_t>(x),
+                        static_cast<std::uint8_t>((y + 1) + kTieSide * (z + 1)), s.inherited != 0});
+      });
   std::sort(ties.begin() + begin, ties.end(),
             [](const Tie& a, const Tie& b) { return a.row != b.row ? a.row < b.row : a.x < b.x; });
 }

@@ -13,17 +13,18 @@ namespace cornice::poisson {
 
 /// A sample as a brick's nodes see it. Its cell is one of the brick's, or of those one before.
 struct Tie {
-  Vec3f fraction;         ///< place within the cell
-  float strength = 0.0f;  ///< of the pull, over the spacing
-  std::int8_t x = 0;      ///< cell, -1 .. 7
-  std::uint8_t row = 0;   ///< of cells: (y + 1) + 9 (z + 1)
+  Vec3f fraction;          ///< place within the cell
+  float strength = 0.0f;   ///< of the pull, over the spacing
+  std::int8_t x = 0;       ///< cell, -1 .. 7
+  std::uint8_t row = 0;    ///< of cells: (y + 1) + 9 (z + 1)
+  bool inherited = false;  ///< a finer level has the sample, too
 };
 
 inline constexpr int kTieSide = kBrickSide + 1;
 inline constexpr int kTieRows = kTieSide * kTieSide;
 inline constexpr int kTiesMax = kTieRows * kTieSide;
 
-/// Sum over samples of weight * area * B_i * B_j, over the spacing, held as the samples themselves:
+/// Sum over samples of weight * pull * B_i * B_j, over the spacing, held as the samples themselves:
 /// an eighth of what its 27 coefficients a node would take.
 /// Kazhdan & Hoppe 2013, equation (6): with weights that grow by 2 from level to level and areas in
 /// squared spacings, the same number serves every level.
@@ -35,6 +36,10 @@ class Screening {
   std::span<const Tie> ties(std::size_t brick) const {
     return {ties_.data() + first_[brick], ties_.data() + first_[brick + 1]};
   }
+  /// Number of a brick's first tie among all.
+  std::size_t first(std::size_t brick) const { return first_[brick]; }
+  /// Ties of all bricks.
+  std::size_t size() const { return ties_.size(); }
 
  private:
   std::vector<std::uint64_t> first_;

@@ -8,11 +8,13 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <optional>
 #include <string_view>
 #include <utility>
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
+#include "stages/poisson/composite.h"
 #include "stages/poisson/constraints.h"
 #include "stages/poisson/density.h"
 #include "stages/poisson/grid.h"
@@ -31,7 +33,7 @@ constexpr int kFirstWhole = 6;
 /// Coarsening ends where the domain is this many bricks wide.
 constexpr int kCoarsestBricks = 2;
 /// The whole levels are small; they are relaxed more, as they have farther to carry.
-constexpr int kWholeFactor = 4;
+constexpr int kWholeFactor = 8;
 constexpr std::size_t kBricksAtATime = 64;
 
 void check(const SolveOptions& options) {
@@ -122,19 +124,53 @@ std::vector<LevelView> views(std::span<const Grid> grids) {
   return made;
 }
 
-LevelReport solve_level(std::span<Grid> grids, const SampleLevel& samples, double spacing_m,
-                        const SolveOptions& options) {
-  Grid& grid = grids.front();
-  if (grids.size() > 1) prolong(grid, views(grids.subspan(1)), options.threads);
-  const Screening screening(grid, samples, static_cast<float>(options.point_weight),
-                            options.threads);
-  relax(grid, screening, options.relaxations * (grid.whole ? kWholeFactor : 1), options.threads);
-  const Residual left = residual(grid, screening, options.threads);
-  // The constraints have done their work; the finest level's are as large as its field.
-  std::vector<float>().swap(grid.constraints);
-  return {spacing_m, grid.bricks.size(), count_active(grid),
-          left.zero > 0.0 ? left.left / left.zero : 0.0};
-}
+/// Solves all levels, coarse to fine. Each is told to the coarser ones down to kFirstWhole as soon
+/// as it is there, and corrected by what they make of it.
+class Levels {
+ public:
+  Levels(std::vector<Grid>& grids, const std::vector<SampleLevel>& samples,
+         const SolveOptions& options)
+      : grids_(grids), samples_(samples), options_(options), screening_(grids.size()) {}
+
+  LevelReport solve(int level) {
+    Grid& grid = grids_[at(level)];
+    if (level + 1 < static_cast<int>(grids_.size()))
+      prolong(grid, coarser(level), options_.threads);
+    screening_[at(level)].emplace(grid, samples_[at(level)],
+                                  static_cast<float>(options_.point_weight), options_.threads);
+    relax_level(level, grid.constraints);
+    if (level < kFirstWhole) correct(level);
+    const Residual left = residual(grid, *screening_[at(level)], options_.threads);
+    return {std::ldexp(options_.lattice.step_m, level), grid.bricks.size(), count_active(grid),
+            left.zero > 0.0 ? left.left / left.zero : 0.0};
+  }
+
+ private:
+  static std::size_t at(int level) { return static_cast<std::size_t>(level); }
+  std::vector<LevelView> coarser(int level) const {
+    return views(std::span(grids_).subspan(at(level + 1)));
+  }
+  void relax_level(int level, const std::vector<float>& right_side) {
+    relax(grids_[at(level)], right_side, *screening_[at(level)],
+          options_.relaxations * (grids_[at(level)].whole ? kWholeFactor : 1), options_.threads);
+  }
+  void correct(int finest) {
+    for (int l = finest; l < kFirstWhole; ++l)
+      raise(grids_[at(l)], *screening_[at(l)], grids_[at(l + 1)], l == finest, options_.threads);
+    finish_raise(grids_[kFirstWhole], *screening_[kFirstWhole], options_.threads);
+    relax_level(kFirstWhole, grids_[kFirstWhole].right_side);
+    for (int l = kFirstWhole - 1; l >= finest; --l) {
+      Grid& grid = grids_[at(l)];
+      lower(grid, coarser(l), options_.threads);
+      relax_level(l, l == finest ? grid.constraints : grid.right_side);
+    }
+  }
+
+  std::vector<Grid>& grids_;
+  const std::vector<SampleLevel>& samples_;
+  const SolveOptions& options_;
+  std::vector<std::optional<Screening>> screening_;
+};
 
 /// Weighted mean of the field at the finest samples.
 double field_at(const SampleLevel& samples, std::span<const Grid> grids, int threads) {
@@ -222,11 +258,15 @@ Solution solve_poisson(const OrientedPoints& points, const Box3d& domain,
       step("choosing nodes", [&] { return make_grids(samples, whole, threads); });
   step("splatting normals", [&] { set_constraints(grids, samples, threads); });
   step("solving", [&] {
+    Levels levels(grids, samples, options);
     report.levels.resize(grids.size());
     for (std::size_t l = grids.size(); l-- > 0;) {
       check_cancelled(progress);
-      report.levels[l] = solve_level(std::span(grids).subspan(l), samples[l],
-                                     std::ldexp(step_m, static_cast<int>(l)), options);
+      report.levels[l] = levels.solve(static_cast<int>(l));
+    }
+    for (Grid& grid : grids) {
+      std::vector<float>().swap(grid.constraints);
+      std::vector<float>().swap(grid.right_side);
     }
   });
   step("finding the level of the surface",

@@ -18,11 +18,11 @@ struct SolveOptions {
   Lattice lattice;  ///< step_m in [0.001, 1000]; time and memory grow with its inverse square
   /// How closely the surface follows each point, against the normals that smooth it; dimensionless,
   /// in [0, 1000]. 0: normals alone (Kazhdan et al. 2006).
-  double point_weight = 12.0;
+  double point_weight = 8.0;
   /// Points that a cell must see, on average, for its level to be used there; in (0, 100]. Sparser
   /// ground is held on coarser levels.
   double points_per_cell = 0.25;
-  int relaxations = 4;  ///< passes over each level, in [1, 1000]; time grows with it
+  int relaxations = 2;  ///< passes whenever a level is visited, in [1, 1000]; time grows with it
   int threads = 0;      ///< 0: all cores; the field does not depend on it
 };
 
