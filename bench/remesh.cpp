@@ -106,6 +106,9 @@ void measure(const Own& own, const Options& options, Result& figures) {
   figures.figure("mean_radius_ratio", result.figures.quality.mean_radius_ratio);
   figures.figure("smallest_angle_deg", result.figures.quality.smallest_angle_deg);
   figures.figure("repair_rounds", result.figures.repair_rounds);
+  for (const remesh::Step& one : result.figures.steps) {
+    figures.figure("seconds_" + one.name, one.seconds);
+  }
   figures.figure("bytes_per_triangle", static_cast<double>(peak_resident_bytes() - before) /
                                            static_cast<double>(mesh.triangles.size()));
   figures.parameter("triangles", static_cast<std::int64_t>(mesh.triangles.size()));

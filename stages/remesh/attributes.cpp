@@ -24,8 +24,7 @@ struct Mixture {
   }
 };
 
-Mixture mixture_at(const Mesh& input, const TriangleTree& tree, const WorkMesh& work,
-                   std::uint32_t v) {
+Mixture mixture_at(const Reference& reference, const WorkMesh& work, std::uint32_t v) {
   Mixture m;
   const std::uint32_t source = work.source[v];
   if (source != kNoSource) {
@@ -34,15 +33,15 @@ Mixture mixture_at(const Mesh& input, const TriangleTree& tree, const WorkMesh& 
   }
   NearestQuery query;
   query.guess = work.hint[v];
-  const NearestPoint near = tree.nearest(work.positions[v], query);
-  m.corners = input.triangles[near.triangle];
+  const NearestPoint near = reference.tree().nearest(work.positions[v], query);
+  m.corners = reference.triangles()[near.triangle];
   m.weights[0] = 1.0f - near.u - near.v, m.weights[1] = near.u, m.weights[2] = near.v;
   return m;
 }
 
 }  // namespace
 
-void transfer_attributes(const Mesh& input, const TriangleTree& tree, const WorkMesh& work,
+void transfer_attributes(const Mesh& input, const Reference& reference, const WorkMesh& work,
                          Mesh& result, int threads) {
   const std::size_t n = work.positions.size();
   result.normals.resize(input.normals.empty() ? 0 : n);
@@ -54,7 +53,7 @@ void transfer_attributes(const Mesh& input, const TriangleTree& tree, const Work
   }
   parallel_for(n, kGrain, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) {
-      const Mixture m = mixture_at(input, tree, work, static_cast<std::uint32_t>(v));
+      const Mixture m = mixture_at(reference, work, static_cast<std::uint32_t>(v));
       if (!input.normals.empty()) {
         Vec3f sum{};
         for (int k = 0; k < 3; ++k) sum += input.normals[m.corners[k]] * m.weights[k];

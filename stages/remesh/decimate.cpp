@@ -57,12 +57,15 @@ struct Candidate {
 
 class Decimation {
  public:
-  Decimation(const std::vector<Vec3f>& positions, const std::vector<std::uint8_t>& fixed,
-             std::vector<Triangle> triangles, const DecimateLimits& limits)
+  Decimation(const std::vector<Vec3f>& positions, Patch& patch, const Reference& input,
+             const DecimateLimits& limits, Guard& guard)
       : positions_(positions),
-        fixed_(fixed),
-        triangles_(std::move(triangles)),
+        ids_(patch.vertices),
+        fixed_(patch.fixed),
+        triangles_(std::move(patch.triangles)),
+        input_(input),
         limits_(limits),
+        guard_(guard),
         quadrics_(positions.size()),
         stamp_(positions.size(), 0),
         touched_(positions.size(), 0) {
@@ -157,6 +160,7 @@ class Decimation {
       const Candidate& c = candidates_[static_cast<std::size_t>(i)];
       if (touched_[c.from] != 0 || touched_[c.to] != 0) continue;
       if (!keeps_topology(c.from, c.to) || !keeps_shape(c.from, c.to)) continue;
+      if (!keeps_surface(c.from, c.to)) continue;
       collapse(c.from, c.to);
       ++collapsed;
     }
@@ -218,7 +222,22 @@ class Decimation {
     return true;
   }
 
+  bool keeps_surface(std::uint32_t from, std::uint32_t to) {
+    guard_.begin();
+    fresh_.clear();
+    for (std::uint32_t i = first_[from]; i < first_[from + 1]; ++i) {
+      guard_.take(around_[i]);
+      const std::uint32_t b = follower(around_[i], from), c = leader(around_[i], from);
+      if (b == to || c == to) continue;
+      guard_.put(positions_[to], positions_[b], positions_[c]);
+      fresh_.push_back(around_[i]);
+    }
+    guard_.take_vertex(ids_[from]);
+    return guard_.fits(input_.triangle_at(ids_[to]));
+  }
+
   void collapse(std::uint32_t from, std::uint32_t to) {
+    guard_.commit(fresh_);
     quadrics_[to].add_moved(quadrics_[from], positions_[to] - positions_[from]);
     touched_[from] = 1;
     for (std::uint32_t i = first_[from]; i < first_[from + 1]; ++i) {
@@ -235,13 +254,23 @@ class Decimation {
   }
 
   void drop_dead() {
-    std::erase_if(triangles_, [](const Triangle& t) { return t[0] == t[1]; });
+    std::uint32_t kept = 0;
+    for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+      if (triangles_[t][0] == triangles_[t][1]) continue;
+      triangles_[kept] = triangles_[t];
+      guard_.renumber(t, kept++);
+    }
+    triangles_.resize(kept);
   }
 
   const std::vector<Vec3f>& positions_;
+  const std::vector<std::uint32_t>& ids_;
   const std::vector<std::uint8_t>& fixed_;
   std::vector<Triangle> triangles_;
+  const Reference& input_;
   const DecimateLimits limits_;
+  Guard& guard_;
+  std::vector<std::uint32_t> fresh_;
   std::vector<Quadric> quadrics_;
   std::vector<std::uint32_t> stamp_;
   std::vector<std::uint8_t> touched_;
@@ -253,10 +282,9 @@ class Decimation {
 
 }  // namespace
 
-std::vector<Triangle> decimate(const std::vector<Vec3f>& positions,
-                               const std::vector<std::uint8_t>& fixed,
-                               std::vector<Triangle> triangles, const DecimateLimits& limits) {
-  return Decimation(positions, fixed, std::move(triangles), limits).run();
+std::vector<Triangle> decimate(const std::vector<Vec3f>& positions, Patch& patch,
+                               const Reference& input, const DecimateLimits& limits, Guard& guard) {
+  return Decimation(positions, patch, input, limits, guard).run();
 }
 
 }  // namespace cornice::remesh

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "stages/remesh/passes.h"
 
+#include <algorithm>
+#include <cmath>
+#include <functional>
 #include <utility>
 
 namespace cornice::remesh {
@@ -13,112 +16,227 @@ std::vector<Vec3f> positions_of(const WorkMesh& mesh, const Patch& patch) {
   return positions;
 }
 
-std::vector<std::uint8_t> patches_of_vertices(const WorkMesh& mesh, const Patches& patches,
-                                              const std::vector<std::uint8_t>& vertices) {
-  std::vector<std::uint8_t> chosen;
-  if (vertices.empty()) return chosen;
-  chosen.assign(patches.size(), 0);
-  for (std::size_t p = 0; p < patches.size(); ++p) {
-    for (std::uint32_t i = patches.first[p]; i < patches.first[p + 1] && chosen[p] == 0; ++i) {
-      for (const std::uint32_t v : mesh.triangles[patches.triangles[i]]) {
-        if (vertices[v] != 0) chosen[p] = 1;
-      }
+/// Hangs the samples of a patch's triangles onto its local ones.
+void load_samples(const WorkMesh& mesh, const Patches& patches, std::size_t index,
+                  const Reference& input, Guard& guard) {
+  const std::uint32_t begin = patches.first[index], end = patches.first[index + 1];
+  guard.resize(end - begin);
+  if (mesh.sample_first.empty()) return;
+  for (std::uint32_t i = begin; i < end; ++i) {
+    const std::uint32_t t = patches.triangles[i];
+    const Triangle& c = mesh.triangles[t];
+    for (std::uint32_t s = mesh.sample_first[t]; s < mesh.sample_first[t + 1]; ++s) {
+      const Vec3f p = input.positions()[mesh.samples[s]];
+      const float distance_sq =
+          nearest_on_triangle(p, mesh.positions[c[0]], mesh.positions[c[1]], mesh.positions[c[2]])
+              .distance_sq;
+      guard.add(i - begin, mesh.samples[s], distance_sq);
     }
   }
-  return chosen;
+}
+
+/// Triangles with what they carry, one after the other.
+struct Carriers {
+  std::vector<Triangle> triangles;
+  std::vector<std::uint32_t> counts;  ///< of samples, per triangle
+  std::vector<std::uint32_t> samples;
+  std::vector<float> error;
+  bool changed = true;
+
+  void add(const Triangle& triangle, const Guard& guard, std::uint32_t number) {
+    triangles.push_back(triangle);
+    const std::size_t before = samples.size();
+    float most_sq = 0.0f;
+    guard.each(number, [&](std::uint32_t id, float distance_sq) {
+      samples.push_back(id);
+      most_sq = std::max(most_sq, distance_sq);
+    });
+    counts.push_back(static_cast<std::uint32_t>(samples.size() - before));
+    error.push_back(std::sqrt(most_sq));
+  }
+};
+
+/// The triangles of a patch as they are.
+Carriers carriers_of(const WorkMesh& mesh, const Patches& patches, std::size_t index) {
+  Carriers same;
+  same.changed = false;
+  for (std::uint32_t i = patches.first[index]; i < patches.first[index + 1]; ++i) {
+    const std::uint32_t t = patches.triangles[i];
+    same.triangles.push_back(mesh.triangles[t]);
+    same.error.push_back(mesh.error[t]);
+    const auto begin = mesh.samples.begin() + mesh.sample_first[t];
+    const auto end = mesh.samples.begin() + mesh.sample_first[t + 1];
+    same.counts.push_back(static_cast<std::uint32_t>(end - begin));
+    same.samples.insert(same.samples.end(), begin, end);
+  }
+  return same;
+}
+
+/// Puts the triangles of all patches into the mesh, in the order of the patches; takes them.
+void gather(std::vector<Carriers>& parts, WorkMesh& mesh) {
+  std::size_t triangles = 0, samples = 0;
+  for (const Carriers& part : parts) {
+    triangles += part.triangles.size(), samples += part.samples.size();
+  }
+  mesh.triangles.clear();
+  mesh.error.clear();
+  mesh.changed.clear();
+  mesh.samples.clear();
+  mesh.sample_first.assign(1, 0);
+  mesh.triangles.reserve(triangles);
+  mesh.error.reserve(triangles);
+  mesh.changed.reserve(triangles);
+  mesh.sample_first.reserve(triangles + 1);
+  mesh.samples.reserve(samples);
+  for (Carriers& part : parts) {
+    mesh.triangles.insert(mesh.triangles.end(), part.triangles.begin(), part.triangles.end());
+    mesh.error.insert(mesh.error.end(), part.error.begin(), part.error.end());
+    mesh.changed.insert(mesh.changed.end(), part.triangles.size(), part.changed ? 1 : 0);
+    mesh.samples.insert(mesh.samples.end(), part.samples.begin(), part.samples.end());
+    for (const std::uint32_t count : part.counts) {
+      mesh.sample_first.push_back(mesh.sample_first.back() + count);
+    }
+    part = {};
+  }
 }
 
 /// What became of one patch. Local vertices below `old.size()` are those of the whole mesh.
 struct Relaxed {
   std::vector<std::uint32_t> old;
   std::vector<std::uint8_t> rim;  ///< of the old ones
-  RelaxPatch patch{PatchMesh({}, {}, {}), {}, {}};
+  std::vector<Vec3f> positions;   ///< of all local vertices
+  std::vector<std::uint8_t> alive;
+  std::vector<float> size;
+  std::vector<std::uint32_t> hint;
 };
 
-Relaxed relax_patch(const WorkMesh& mesh, Patch& patch, const TriangleTree& input,
-                    const RelaxLimits& limits) {
-  RelaxPatch work{
-      PatchMesh(positions_of(mesh, patch), std::move(patch.triangles), patch.fixed), {}, {}};
+using PatchWork = std::function<void(RelaxPatch& work, std::size_t index)>;
+
+Relaxed work_on_patch(const WorkMesh& mesh, const Patches& patches, std::size_t index, Patch& patch,
+                      const Reference& input, const GuardLimits& limits, const PatchWork& change,
+                      Carriers& carriers) {
+  RelaxPatch work{PatchMesh(positions_of(mesh, patch), std::move(patch.triangles), patch.fixed),
+                  {},
+                  {},
+                  Guard(input, limits)};
   for (const std::uint32_t v : patch.vertices) {
     work.size.push_back(mesh.size[v]);
     work.hint.push_back(mesh.hint[v]);
   }
-  relax(work, input, limits);
-  return {std::move(patch.vertices), std::move(patch.fixed), std::move(work)};
+  load_samples(mesh, patches, index, input, work.guard);
+  change(work, index);
+  Relaxed done{std::move(patch.vertices), std::move(patch.fixed), {}, {}, {}, {}};
+  const PatchMesh& local = work.mesh;
+  for (std::uint32_t v = 0; v < local.vertex_count(); ++v) {
+    done.positions.push_back(local.position(v));
+    done.alive.push_back(local.vertex_alive(v));
+  }
+  for (std::uint32_t t = 0; t < local.triangle_count(); ++t) {
+    if (!local.triangle_alive(t)) continue;
+    carriers.add({local.start(3 * t), local.start(3 * t + 1), local.start(3 * t + 2)}, work.guard,
+                 t);
+  }
+  done.size = std::move(work.size);
+  done.hint = std::move(work.hint);
+  return done;
 }
 
 /// Puts the vertices of a relaxed patch into the mesh; returns their numbers there.
 std::vector<std::uint32_t> place_vertices(WorkMesh& mesh, const Relaxed& done) {
   std::vector<std::uint32_t> numbers = done.old;
-  const PatchMesh& local = done.patch.mesh;
-  for (std::uint32_t v = 0; v < local.vertex_count(); ++v) {
+  for (std::uint32_t v = 0; v < done.positions.size(); ++v) {
     if (v < done.old.size()) {
-      if (done.rim[v] != 0 || !local.vertex_alive(v)) continue;
+      if (done.rim[v] != 0 || done.alive[v] == 0) continue;
       const std::uint32_t to = done.old[v];
-      if (mesh.positions[to] != local.position(v)) mesh.source[to] = kNoSource;
-      mesh.positions[to] = local.position(v);
-      mesh.size[to] = done.patch.size[v];
-      mesh.hint[to] = done.patch.hint[v];
+      if (mesh.positions[to] != done.positions[v]) mesh.source[to] = kNoSource;
+      mesh.positions[to] = done.positions[v];
+      mesh.size[to] = done.size[v];
+      mesh.hint[to] = done.hint[v];
       continue;
     }
     numbers.push_back(static_cast<std::uint32_t>(mesh.positions.size()));
-    mesh.positions.push_back(local.position(v));
+    mesh.positions.push_back(done.positions[v]);
     mesh.fixed.push_back(0);
-    mesh.size.push_back(done.patch.size[v]);
+    mesh.size.push_back(done.size[v]);
     mesh.source.push_back(kNoSource);
-    mesh.hint.push_back(done.patch.hint[v]);
+    mesh.hint.push_back(done.hint[v]);
   }
   return numbers;
 }
 
 }  // namespace
 
-void decimate_pass(WorkMesh& mesh, const PatchGrid& grid, const DecimateLimits& limits, int threads,
-                   Progress& progress) {
+void decimate_pass(WorkMesh& mesh, const Reference& input, const PatchGrid& grid,
+                   const DecimateLimits& limits, int threads, Progress& progress) {
   const Patches patches = cut_patches(mesh, grid.side_m, grid.shift_x, grid.shift_y);
-  std::vector<std::vector<Triangle>> results(patches.size());
+  std::vector<Carriers> results(patches.size());
   for_each_patch(mesh, patches, {}, threads, progress, [&](std::size_t index, Patch& patch) {
-    std::vector<Triangle> left =
-        decimate(positions_of(mesh, patch), patch.fixed, std::move(patch.triangles), limits);
-    for (Triangle& t : left) t = {patch.vertices[t[0]], patch.vertices[t[1]], patch.vertices[t[2]]};
-    left.shrink_to_fit();
-    results[index] = std::move(left);
+    Guard guard(input, limits.guard);
+    load_samples(mesh, patches, index, input, guard);
+    const std::vector<Triangle> left =
+        decimate(positions_of(mesh, patch), patch, input, limits, guard);
+    for (std::uint32_t t = 0; t < left.size(); ++t) {
+      const Triangle& c = left[t];
+      results[index].add({patch.vertices[c[0]], patch.vertices[c[1]], patch.vertices[c[2]]}, guard,
+                         t);
+    }
   });
-  mesh.triangles.clear();
-  for (const auto& part : results) {
-    mesh.triangles.insert(mesh.triangles.end(), part.begin(), part.end());
-  }
+  gather(results, mesh);
 }
 
-void relax_pass(WorkMesh& mesh, const TriangleTree& input, const PatchGrid& grid,
-                const RelaxLimits& limits, const std::vector<std::uint8_t>& chosen, int threads,
-                Progress& progress) {
-  const Patches patches = cut_patches(mesh, grid.side_m, grid.shift_x, grid.shift_y);
-  const std::vector<std::uint8_t> wanted = patches_of_vertices(mesh, patches, chosen);
+namespace {
+
+/// Lets `change` work on every chosen patch (empty: all) and puts what comes of it into the mesh.
+void change_patches(WorkMesh& mesh, const Reference& input, const Patches& patches,
+                    const std::vector<std::uint8_t>& chosen, const GuardLimits& limits, int threads,
+                    Progress& progress, const PatchWork& change) {
   std::vector<Relaxed> results(patches.size());
-  for_each_patch(mesh, patches, wanted, threads, progress, [&](std::size_t index, Patch& patch) {
-    results[index] = relax_patch(mesh, patch, input, limits);
+  std::vector<Carriers> carriers(patches.size());
+  for_each_patch(mesh, patches, chosen, threads, progress, [&](std::size_t index, Patch& patch) {
+    results[index] =
+        work_on_patch(mesh, patches, index, patch, input, limits, change, carriers[index]);
   });
-  std::vector<Triangle> triangles;
-  triangles.reserve(mesh.triangles.size() + mesh.triangles.size() / 4);
   for (std::size_t p = 0; p < patches.size(); ++p) {
     if (results[p].old.empty()) {
-      for (std::uint32_t i = patches.first[p]; i < patches.first[p + 1]; ++i) {
-        triangles.push_back(mesh.triangles[patches.triangles[i]]);
-      }
+      carriers[p] = carriers_of(mesh, patches, p);
       continue;
     }
     const std::vector<std::uint32_t> to = place_vertices(mesh, results[p]);
-    const PatchMesh& local = results[p].patch.mesh;
-    for (std::uint32_t t = 0; t < local.triangle_count(); ++t) {
-      if (!local.triangle_alive(t)) continue;
-      triangles.push_back(
-          {to[local.start(3 * t)], to[local.start(3 * t + 1)], to[local.start(3 * t + 2)]});
-    }
+    for (Triangle& t : carriers[p].triangles) t = {to[t[0]], to[t[1]], to[t[2]]};
     results[p] = {};
   }
-  mesh.triangles = std::move(triangles);
+  gather(carriers, mesh);
   compact(mesh);
+}
+
+}  // namespace
+
+void relax_pass(WorkMesh& mesh, const Reference& input, const PatchGrid& grid,
+                const RelaxLimits& limits, int threads, Progress& progress) {
+  const Patches patches = cut_patches(mesh, grid.side_m, grid.shift_x, grid.shift_y);
+  change_patches(mesh, input, patches, {}, limits.guard, threads, progress,
+                 [&](RelaxPatch& work, std::size_t) { relax(work, input, limits); });
+}
+
+void mend_pass(WorkMesh& mesh, const Reference& input, const PatchGrid& grid,
+               const RelaxLimits& limits, const std::vector<Offence>& offences, int threads) {
+  const Patches patches = cut_patches(mesh, grid.side_m, grid.shift_x, grid.shift_y);
+  std::vector<std::vector<Offence>> of_patch(patches.size());
+  std::vector<std::uint8_t> chosen(patches.size(), 0);
+  for (std::size_t p = 0; p < patches.size(); ++p) {
+    for (std::uint32_t i = patches.first[p]; i < patches.first[p + 1]; ++i) {
+      const auto found = std::lower_bound(
+          offences.begin(), offences.end(), patches.triangles[i],
+          [](const Offence& offence, std::uint32_t t) { return offence.triangle < t; });
+      if (found == offences.end() || found->triangle != patches.triangles[i]) continue;
+      of_patch[p].push_back(*found);
+      of_patch[p].back().triangle = i - patches.first[p];
+      chosen[p] = 1;
+    }
+  }
+  change_patches(
+      mesh, input, patches, chosen, limits.guard, threads, no_progress(),
+      [&](RelaxPatch& work, std::size_t index) { mend(work, input, limits, of_patch[index]); });
 }
 
 void compact(WorkMesh& mesh) {

@@ -15,14 +15,18 @@ struct PatchGrid {
   double shift_y = 0.0;
 };
 
-/// Decimates every patch; vertices keep their numbers.
-void decimate_pass(WorkMesh& mesh, const PatchGrid& grid, const DecimateLimits& limits, int threads,
-                   Progress& progress);
+/// Decimates every patch; vertices keep their numbers, which are those of the input.
+void decimate_pass(WorkMesh& mesh, const Reference& input, const PatchGrid& grid,
+                   const DecimateLimits& limits, int threads, Progress& progress);
 
-/// Relaxes every patch, or those alone that hold one of the `chosen` vertices (empty: all).
-void relax_pass(WorkMesh& mesh, const TriangleTree& input, const PatchGrid& grid,
-                const RelaxLimits& limits, const std::vector<std::uint8_t>& chosen, int threads,
-                Progress& progress);
+/// Relaxes every patch.
+void relax_pass(WorkMesh& mesh, const Reference& input, const PatchGrid& grid,
+                const RelaxLimits& limits, int threads, Progress& progress);
+
+/// Puts a vertex through the place of every offence, as far as it can. `offences` by triangle.
+/// mesh.changed tells which triangles lie in the patches it has worked on.
+void mend_pass(WorkMesh& mesh, const Reference& input, const PatchGrid& grid,
+               const RelaxLimits& limits, const std::vector<Offence>& offences, int threads);
 
 /// Drops vertices that no triangle names.
 void compact(WorkMesh& mesh);

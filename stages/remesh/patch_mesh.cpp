@@ -83,7 +83,7 @@ std::uint32_t PatchMesh::split(std::uint32_t h, Vec3f position) {
 
 bool PatchMesh::may_flip(std::uint32_t h) const {
   const std::uint32_t g = twins_[h];
-  if (g == kNone) return false;
+  if (g == kNone || frozen(h)) return false;
   const std::uint32_t c = opposite(h), d = opposite(g);
   if (c == d || (fixed_[c] != 0 && fixed_[d] != 0) || adjacent(c, d)) return false;
   // A vertex that would be left with two neighbours.

@@ -11,6 +11,8 @@
 namespace cornice::remesh {
 
 inline constexpr std::uint32_t kNone = kOpenEdge;
+/// Bit of a vertex's `fixed`: edges between two such vertices stay, too.
+inline constexpr std::uint8_t kFrozen = 2;
 
 /// Vertices and their connections. Vertices on the rim (an edge without twin) must be fixed; no
 /// operation joins two fixed vertices by a new edge, since outside the patch there may be one.
@@ -27,6 +29,10 @@ class PatchMesh {
   bool triangle_alive(std::uint32_t t) const { return corners_[3 * t] != kNone; }
   bool alive(std::uint32_t h) const { return corners_[h] != kNone; }
   bool fixed(std::uint32_t v) const { return fixed_[v] != 0; }
+  /// Whether an edge must stay as it is.
+  bool frozen(std::uint32_t h) const {
+    return ((fixed_[start(h)] & fixed_[end(h)]) & kFrozen) != 0;
+  }
   Vec3f position(std::uint32_t v) const { return positions_[v]; }
   void move(std::uint32_t v, Vec3f to) { positions_[v] = to; }
 

@@ -46,7 +46,7 @@ void fix_rim(Patch& patch) {
     }
   }
   for (std::size_t v = 0; v < balance.size(); ++v) {
-    if (balance[v] != 0) patch.fixed[v] = 1;
+    if (balance[v] != 0) patch.fixed[v] |= 1;
   }
 }
 

@@ -16,11 +16,16 @@ namespace cornice::remesh {
 struct WorkMesh {
   std::vector<Vec3f> positions;
   std::vector<Triangle> triangles;
-  std::vector<std::uint8_t> fixed;  ///< never moved, never removed
+  std::vector<std::uint8_t> fixed;  ///< not 0: never moved, never removed; or kFrozen, too
   std::vector<float> size;          ///< wanted length of edges, metres; empty at first
   std::vector<std::uint32_t>
       source;                       ///< input vertex that is this one, or kNoSource; empty at first
   std::vector<std::uint32_t> hint;  ///< input triangle; empty at first
+  /// Input vertices that hang on each triangle t (see guard.h): samples[sample_first[t]] up to
+  /// sample_first[t + 1]. Both empty: none on any.
+  std::vector<std::uint32_t> sample_first, samples;
+  std::vector<float> error;           ///< largest distance of these, per triangle; empty at first
+  std::vector<std::uint8_t> changed;  ///< by the last pass, per triangle; empty at first
 };
 inline constexpr std::uint32_t kNoSource = 0xffffffffu;
 

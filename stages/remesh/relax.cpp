@@ -18,8 +18,6 @@ constexpr float kFlipTurn = 0.6f;
 /// Twice the area over the longest side's square: 0.866 for equal sides; about the sine of the
 /// smallest angle of thin triangles.
 constexpr float kLeastShape = 0.1f;
-/// Share of the error that one operation may use.
-constexpr float kErrorShare = 0.7f;
 constexpr int kSplitRounds = 4;
 /// Cosine between the normals of a vertex and of a triangle at it from which on it is not smoothed.
 constexpr float kSharp = 0.8f;
@@ -28,6 +26,8 @@ constexpr float kSplitMove = 0.25f;
 /// Least distance of a new vertex from the opposite corners, over the length of the edge that is
 /// cut.
 constexpr float kLeastCut = 0.02f;
+/// Moves shorter than this share of the wanted length are not worth their checks.
+constexpr float kLeastMove = 0.08f;
 /// Way towards the middle of the neighbours in one step.
 constexpr float kStep = 0.7f;
 
@@ -44,8 +44,8 @@ bool turned_too_far(Vec3f before, Vec3f after, float cosine) {
 
 class Relaxation {
  public:
-  Relaxation(RelaxPatch& patch, const TriangleTree& input, const RelaxLimits& limits)
-      : patch_(patch), mesh_(patch.mesh), input_(input), limits_(limits) {}
+  Relaxation(RelaxPatch& patch, const Reference& input, const RelaxLimits& limits)
+      : patch_(patch), mesh_(patch.mesh), guard_(patch.guard), input_(input), limits_(limits) {}
 
   void run() {
     split_long();
@@ -57,6 +57,32 @@ class Relaxation {
     flip_edges();
   }
 
+  void mend(const std::vector<Offence>& offences) {
+    for (const Offence& o : offences) {
+      if (!mesh_.triangle_alive(o.triangle)) continue;
+      const std::uint32_t first = 3 * o.triangle;
+      // The side next to that place, if it can be cut there; or else the longest, wherever it can.
+      std::uint32_t nearest = kNone, longest = kNone;
+      float nearest_sq = std::numeric_limits<float>::infinity();
+      for (std::uint32_t h = first; h < first + 3; ++h) {
+        if (mesh_.twin(h) == kNone || mesh_.frozen(h)) continue;
+        const Vec3f a = mesh_.position(mesh_.start(h)), b = mesh_.position(mesh_.end(h));
+        const float distance_sq = nearest_on_triangle(o.through, a, b, b).distance_sq;
+        if (distance_sq < nearest_sq) nearest_sq = distance_sq, nearest = h;
+        if (longest == kNone || length(h) > length(longest)) longest = h;
+      }
+      if (nearest == kNone) continue;
+      const Vec3f normal =
+          mesh_.normal2(mesh_.start(first), mesh_.end(first), mesh_.opposite(first));
+      // Off the bound already, the change need not keep it to be a gain.
+      if (split_stays_upright(nearest, o.through, normalized(normal)) && guard_.fits_anyway()) {
+        carry_out_split(nearest, o.through, o.input_triangle);
+      } else if (length(longest) > limits_.guard.spacing_m) {
+        split(longest);
+      }
+    }
+  }
+
  private:
   float length(std::uint32_t h) const {
     return norm(mesh_.position(mesh_.end(h)) - mesh_.position(mesh_.start(h)));
@@ -65,17 +91,21 @@ class Relaxation {
     return std::min(patch_.size[a], patch_.size[b]);
   }
 
-  /// The place on the input nearest to p, on a side that faces along `normal`. False where there is
-  /// none within reach.
+  /// A place on the input near p, on a side that faces along `normal`. False where there is none
+  /// within reach.
   bool project(Vec3f p, Vec3f normal, std::uint32_t hint, Vec3f& on,
                std::uint32_t& triangle) const {
-    NearestQuery query;
-    query.guess = hint;
-    query.facing = normal;
-    query.max_distance_sq = limits_.reach_m * limits_.reach_m;
-    const NearestPoint found = input_.nearest(p, query);
+    const float reach_sq = limits_.reach_m * limits_.reach_m;
+    NearestPoint found = input_.walk(p, hint, 0.0f);
+    if (found.distance_sq > reach_sq || dot(input_.tree().normal(found.triangle), normal) <= 0.0f) {
+      NearestQuery query;
+      query.guess = found.triangle;
+      query.facing = normal;
+      query.max_distance_sq = reach_sq;
+      found = input_.tree().nearest(p, query);
+    }
     if (!found.found()) return false;
-    on = input_.point(found);
+    on = input_.tree().point(found);
     triangle = found.triangle;
     return true;
   }
@@ -92,6 +122,7 @@ class Relaxation {
       edges.clear();
       for (std::uint32_t h = 0; h < mesh_.half_edge_count(); ++h) {
         if (!mesh_.alive(h) || mesh_.twin(h) == kNone || mesh_.twin(h) < h) continue;
+        if (mesh_.frozen(h)) continue;
         const std::uint32_t a = mesh_.start(h), b = mesh_.end(h);
         const float excess = length(h) / (kSplitAbove * wanted(a, b));
         if (excess > 1.0f) edges.push_back({excess, h, a, b});
@@ -115,26 +146,59 @@ class Relaxation {
     const std::uint32_t c = mesh_.opposite(h), d = mesh_.opposite(g);
     const Vec3f middle = (mesh_.position(a) + mesh_.position(b)) * 0.5f;
     const Vec3f normal = normalized(mesh_.normal2(a, b, c) + mesh_.normal2(b, a, d));
-    Vec3f at = middle;
     std::uint32_t triangle = patch_.hint[a];
-    Vec3f on;
-    if (project(middle, normal, patch_.hint[a], on, triangle) &&
-        norm(on - middle) <= kSplitMove * length(h)) {
-      const Vec3f corners[4] = {mesh_.position(a), mesh_.position(d), mesh_.position(b),
-                                mesh_.position(c)};
-      bool good = true;
-      for (int k = 0; k < 4; ++k) {
-        const Vec3f after = cross(corners[k] - on, corners[(k + 1) % 4] - on);
-        good = good && !turned_too_far(normal, after, 0.5f * kMoveTurn);
-      }
-      if (good) at = on;
+    Vec3f at;
+    if (!project(middle, normal, patch_.hint[a], at, triangle) ||
+        norm(at - middle) > kSplitMove * length(h) || !split_fits(h, at, normal, triangle)) {
+      at = middle;
+      begin_split(h, at);
+      if (!guard_.fits_anyway()) return;
     }
     // Over a cap, whose third corner lies on the edge already, a cut would only double that corner.
     const float nearest = std::min(norm(mesh_.position(c) - at), norm(mesh_.position(d) - at));
     if (nearest < kLeastCut * length(h)) return;
+    carry_out_split(h, at, triangle);
+  }
+
+  void carry_out_split(std::uint32_t h, Vec3f at, std::uint32_t triangle) {
+    const std::uint32_t g = mesh_.twin(h);
+    const float size = 0.5f * (patch_.size[mesh_.start(h)] + patch_.size[mesh_.end(h)]);
     mesh_.split(h, at);
-    patch_.size.push_back(0.5f * (patch_.size[a] + patch_.size[b]));
+    const auto t2 = static_cast<std::uint32_t>(mesh_.triangle_count()) - 2;
+    guard_.commit({h / 3, t2, g / 3, t2 + 1});
+    patch_.size.push_back(size);
     patch_.hint.push_back(triangle);
+  }
+
+  /// Tells the guard of a split; the new triangles in the order of PatchMesh::split().
+  void begin_split(std::uint32_t h, Vec3f at) {
+    const std::uint32_t g = mesh_.twin(h);
+    const Vec3f a = mesh_.position(mesh_.start(h)), b = mesh_.position(mesh_.end(h));
+    const Vec3f c = mesh_.position(mesh_.opposite(h)), d = mesh_.position(mesh_.opposite(g));
+    guard_.begin();
+    guard_.take(h / 3);
+    guard_.take(g / 3);
+    guard_.put(at, c, a);
+    guard_.put(at, b, c);
+    guard_.put(at, d, b);
+    guard_.put(at, a, d);
+  }
+
+  bool split_fits(std::uint32_t h, Vec3f at, Vec3f normal, std::uint32_t triangle) {
+    return split_stays_upright(h, at, normal) && guard_.fits(triangle);
+  }
+
+  /// Whether the new triangles keep about the normal of the old ones. Tells the guard of them.
+  bool split_stays_upright(std::uint32_t h, Vec3f at, Vec3f normal) {
+    const std::uint32_t g = mesh_.twin(h);
+    const Vec3f corners[4] = {mesh_.position(mesh_.start(h)), mesh_.position(mesh_.opposite(g)),
+                              mesh_.position(mesh_.end(h)), mesh_.position(mesh_.opposite(h))};
+    for (int k = 0; k < 4; ++k) {
+      const Vec3f after = cross(corners[k] - at, corners[(k + 1) % 4] - at);
+      if (turned_too_far(normal, after, 0.5f * kMoveTurn)) return false;
+    }
+    begin_split(h, at);
+    return true;
   }
 
   void collapse_short() {
@@ -142,17 +206,21 @@ class Relaxation {
       if (!mesh_.alive(h)) continue;
       const std::uint32_t a = mesh_.start(h), b = mesh_.end(h);
       if (mesh_.fixed(a) || length(h) >= kCollapseBelow * wanted(a, b)) continue;
-      if (mesh_.may_collapse(h) && collapse_keeps_surface(h)) mesh_.collapse(h);
+      if (!mesh_.may_collapse(h) || !collapse_keeps_surface(h)) continue;
+      mesh_.collapse(h);
+      guard_.commit(fresh_);
     }
   }
 
   /// Whether the triangles round start(h) may end at end(h) instead: none too long, too thin or
-  /// turned, and the place that vanishes still near.
-  bool collapse_keeps_surface(std::uint32_t h) const {
+  /// turned, and the surface still near.
+  bool collapse_keeps_surface(std::uint32_t h) {
     const std::uint32_t a = mesh_.start(h), b = mesh_.end(h);
     const Vec3f from = mesh_.position(a), to = mesh_.position(b);
-    float nearest_sq = std::numeric_limits<float>::infinity();
+    guard_.begin();
+    fresh_.clear();
     const bool good = mesh_.each_out(a, [&](std::uint32_t out) {
+      guard_.take(out / 3);
       const std::uint32_t c = mesh_.end(out), d = mesh_.opposite(out);
       if (c == b || d == b) return true;
       const Vec3f pc = mesh_.position(c), pd = mesh_.position(d);
@@ -160,11 +228,11 @@ class Relaxation {
       const Vec3f after = cross(pc - to, pd - to);
       if (turned_too_far(cross(pc - from, pd - from), after, kCollapseTurn)) return false;
       if (shape(to, pc, pd) < kLeastShape) return false;
-      nearest_sq = std::min(nearest_sq, nearest_on_triangle(from, to, pc, pd).distance_sq);
+      guard_.put(to, pc, pd);
+      fresh_.push_back(out / 3);
       return true;
     });
-    const float most = kErrorShare * limits_.error_m;
-    return good && nearest_sq <= most * most;
+    return good && guard_.fits(patch_.hint[b]);
   }
 
   void flip_edges() {
@@ -172,16 +240,17 @@ class Relaxation {
       std::size_t flipped = 0;
       for (std::uint32_t h = 0; h < mesh_.half_edge_count(); ++h) {
         if (!mesh_.alive(h) || mesh_.twin(h) == kNone || mesh_.twin(h) < h) continue;
-        if (!flip_helps(h) || !mesh_.may_flip(h)) continue;
+        if (!flip_helps(h) || !mesh_.may_flip(h) || !flip_fits(h)) continue;
+        const std::uint32_t g = mesh_.twin(h);
         mesh_.flip(h);
+        guard_.commit({h / 3, g / 3});
         ++flipped;
       }
       if (flipped == 0) break;
     }
   }
 
-  /// Delaunay: the angles opposite the edge add up to more than 180 degrees. The two surfaces of
-  /// the four corners differ by no more than the distance of the diagonals.
+  /// Delaunay: the angles opposite the edge add up to more than 180 degrees.
   bool flip_helps(std::uint32_t h) const {
     const std::uint32_t g = mesh_.twin(h);
     const Vec3f a = mesh_.position(mesh_.start(h)), b = mesh_.position(mesh_.end(h));
@@ -197,12 +266,19 @@ class Relaxation {
     const Vec3f n0 = cross(b - a, c - a), n1 = cross(a - b, d - b);
     const Vec3f m0 = cross(d - a, c - a), m1 = cross(b - d, c - d);
     const Vec3f before = n0 + n1;
-    if (turned_too_far(before, m0, kFlipTurn) || turned_too_far(before, m1, kFlipTurn))
-      return false;
-    const Vec3f across = cross(b - a, d - c);
-    const float across_length = norm(across);
-    const float gap = across_length > 0.0f ? std::abs(dot(across, c - a)) / across_length : 0.0f;
-    return gap <= kErrorShare * limits_.error_m;
+    return !turned_too_far(before, m0, kFlipTurn) && !turned_too_far(before, m1, kFlipTurn);
+  }
+
+  bool flip_fits(std::uint32_t h) {
+    const std::uint32_t g = mesh_.twin(h);
+    const Vec3f a = mesh_.position(mesh_.start(h)), b = mesh_.position(mesh_.end(h));
+    const Vec3f c = mesh_.position(mesh_.opposite(h)), d = mesh_.position(mesh_.opposite(g));
+    guard_.begin();
+    guard_.take(h / 3);
+    guard_.take(g / 3);
+    guard_.put(c, a, d);
+    guard_.put(c, d, b);
+    return guard_.fits(patch_.hint[mesh_.opposite(h)]);
   }
 
   void smooth() {
@@ -235,8 +311,10 @@ class Relaxation {
     Vec3f on;
     std::uint32_t triangle = 0;
     if (!project(p + step * kStep, normal, patch_.hint[v], on, triangle)) return;
-    if (!move_keeps_surface(v, p, on)) return;
+    if (norm(on - p) < kLeastMove * patch_.size[v]) return;
+    if (!move_keeps_surface(v, p, on) || !guard_.fits(triangle)) return;
     mesh_.move(v, on);
+    guard_.commit(fresh_);
     patch_.hint[v] = triangle;
   }
 
@@ -248,33 +326,40 @@ class Relaxation {
     });
   }
 
-  /// Whether the triangles round v stay upright and get no worse than they may be, and the place
-  /// that v leaves stays near.
-  bool move_keeps_surface(std::uint32_t v, Vec3f from, Vec3f to) const {
+  /// Whether the triangles round v stay upright and get no worse than they may be. Tells the guard.
+  bool move_keeps_surface(std::uint32_t v, Vec3f from, Vec3f to) {
     float worst_before = 1.0f, worst_after = 1.0f;
-    float nearest_sq = std::numeric_limits<float>::infinity();
+    guard_.begin();
+    fresh_.clear();
     const bool upright = mesh_.each_out(v, [&](std::uint32_t h) {
       const Vec3f b = mesh_.position(mesh_.end(h)), c = mesh_.position(mesh_.opposite(h));
       worst_before = std::min(worst_before, shape(from, b, c));
       worst_after = std::min(worst_after, shape(to, b, c));
-      nearest_sq = std::min(nearest_sq, nearest_on_triangle(from, to, b, c).distance_sq);
+      guard_.take(h / 3);
+      guard_.put(to, b, c);
+      fresh_.push_back(h / 3);
       return !turned_too_far(cross(b - from, c - from), cross(b - to, c - to), kMoveTurn);
     });
-    const float most = kErrorShare * limits_.error_m;
-    return upright && nearest_sq <= most * most &&
-           (worst_after >= 0.4f || worst_after >= worst_before);
+    return upright && (worst_after >= 0.4f || worst_after >= worst_before);
   }
 
   RelaxPatch& patch_;
   PatchMesh& mesh_;
-  const TriangleTree& input_;
+  Guard& guard_;
+  const Reference& input_;
   const RelaxLimits& limits_;
+  std::vector<std::uint32_t> fresh_;  ///< numbers of the triangles that a change makes
 };
 
 }  // namespace
 
-void relax(RelaxPatch& patch, const TriangleTree& input, const RelaxLimits& limits) {
+void relax(RelaxPatch& patch, const Reference& input, const RelaxLimits& limits) {
   Relaxation(patch, input, limits).run();
+}
+
+void mend(RelaxPatch& patch, const Reference& input, const RelaxLimits& limits,
+          const std::vector<Offence>& offences) {
+  Relaxation(patch, input, limits).mend(offences);
 }
 
 }  // namespace cornice::remesh

@@ -2,30 +2,41 @@
 #include "stages/remesh/remesh.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <ctime>
+#include <optional>
 
 #include "core/base/error.h"
-#include "core/base/parallel.h"
-#include "core/mesh/surface_distance.h"
 #include "core/mesh/topology.h"
 #include "stages/remesh/attributes.h"
+#include "stages/remesh/measure.h"
 #include "stages/remesh/passes.h"
 #include "stages/remesh/sizing.h"
 
 namespace cornice::remesh {
 namespace {
 
-/// Of the error bound: what decimation may use, as root mean square of plane distances.
-constexpr double kDecimationShare = 0.3;
-/// Errors below this share of the bound are not told apart.
+/// Of the error bound: what decimation may use, as root mean square of plane distances and as
+/// distance.
+constexpr double kQuadricShare = 0.5;
+constexpr float kDecimationShare = 0.6f;
+/// What anything may use at the places that are looked at while the mesh changes; the rest is for
+/// places between them.
+constexpr float kGuardShare = 0.85f;
+/// Distances below this share of the bound are not told apart.
 constexpr float kEnoughShare = 0.5f;
-/// Sizes are learnt from every so manieth vertex of the input; the bound is checked at all.
-constexpr std::size_t kLearningStride = 6;
-/// Samples of the result lie so many spacings of the input apart.
-constexpr float kBackSpacing = 1.0f;
-/// Errors above this share are repaired, so that samples between ours stay within the bound, too.
-constexpr float kRepairShare = 0.88f;
-constexpr int kMostRepairs = 12;
+/// Above this share places on other sheets are looked for, too.
+constexpr float kSearchShare = 0.9f;
+constexpr int kMostRepairs = 8;
+/// Beginnings anew with more of the input kept as it is.
+constexpr int kMostAttempts = 4;
+/// Places on new triangles lie so many spacings of the input apart while the mesh changes, and in
+/// the end.
+constexpr float kGuardSpacing = 1.2f;
+constexpr float kSmall = 1.5f;
+constexpr float kDoubt = 0.4f;
+constexpr float kFinalSpacing = 0.75f;
 /// Largest number of triangles of a patch to aim at: half-edges and boxes stay in the second-level
 /// cache.
 constexpr double kPatchTriangles = 60000.0;
@@ -75,14 +86,23 @@ std::vector<Triangle> sound_triangles(const std::vector<Triangle>& triangles,
   return sound;
 }
 
-/// Any triangle that names each vertex.
-void fill_hints(WorkMesh& work, const Mesh& input) {
-  std::vector<std::uint32_t> some(input.positions.size(), 0);
-  for (std::uint32_t t = 0; t < input.triangles.size(); ++t) {
-    for (const std::uint32_t v : input.triangles[t]) some[v] = t;
+/// Hangs every vertex that a triangle names onto one of them.
+void hang_vertices(WorkMesh& work) {
+  std::vector<std::uint8_t> seen(work.positions.size(), 0);
+  std::vector<std::uint32_t> first(1, 0), samples;
+  first.reserve(work.triangles.size() + 1);
+  samples.reserve(work.samples.size() + work.triangles.size() / 2);
+  for (std::size_t t = 0; t < work.triangles.size(); ++t) {
+    samples.insert(samples.end(), work.samples.begin() + work.sample_first[t],
+                   work.samples.begin() + work.sample_first[t + 1]);
+    for (const std::uint32_t v : work.triangles[t]) {
+      if (seen[v] == 0) samples.push_back(v);
+      seen[v] = 1;
+    }
+    first.push_back(static_cast<std::uint32_t>(samples.size()));
   }
-  work.hint.resize(work.source.size());
-  for (std::size_t v = 0; v < work.source.size(); ++v) work.hint[v] = some[work.source[v]];
+  work.sample_first = std::move(first);
+  work.samples = std::move(samples);
 }
 
 class Remeshing {
@@ -93,22 +113,29 @@ class Remeshing {
     sizes_.min_edge_m = static_cast<float>(options.min_edge_m);
     sizes_.max_edge_m = static_cast<float>(options.max_edge_m);
     sizes_.grading = static_cast<float>(options.grading);
-    relax_.error_m = sizes_.error_m;
     relax_.reach_m = std::max(4.0f * sizes_.error_m, 0.25f);
   }
 
   Result run() {
     figures_.input_triangles = input_.triangles.size();
-    prepare();
+    step("prepare", [&] { prepare(); });
     Result result;
-    if (!work_.triangles.empty()) {
-      const TriangleTree tree(input_.positions, input_.triangles, options_.threads);
-      decimate_all();
-      const std::vector<Vec3f> samples = sample_surface(
-          input_.positions, input_.triangles, std::numeric_limits<float>::infinity(), tree.order());
-      relax_all(tree, samples);
-      repair(tree, samples);
-      finish(tree, result);
+    if (!sound_.empty()) {
+      std::optional<Reference> indexed;
+      step("index",
+           [&] { indexed.emplace(input_.positions, sound_, std::move(twins_), options_.threads); });
+      const Reference& reference = *indexed;
+      for (int attempt = 0;; ++attempt) {
+        start_over();
+        step("decimate", [&] { decimate_all(reference); });
+        step("remesh", [&] { relax_all(reference); });
+        std::vector<Offence> left;
+        step("repair", [&] { left = repair(reference); });
+        if (left.empty() || attempt == kMostAttempts) break;
+        ++figures_.attempts;
+        freeze(reference, left);
+      }
+      step("finish", [&] { finish(reference, result); });
     }
     result.mesh.origin = input_.origin;
     result.mesh.crs_text = input_.crs_text;
@@ -117,23 +144,36 @@ class Remeshing {
   }
 
  private:
+  template <class Work>
+  void step(const char* name, const Work& work) {
+    const auto begin = std::chrono::steady_clock::now();
+    work();
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+    figures_.steps.push_back({name, seconds.count()});
+  }
+
   void prepare() {
-    std::vector<std::uint32_t> twins;
-    work_.triangles = sound_triangles(input_.triangles, input_.positions.size(), options_.threads,
-                                      twins, figures_.dropped_triangles);
-    std::vector<std::uint8_t> bad;
-    work_.fixed = border_vertices(work_.triangles, twins, input_.positions.size(), &bad);
-    for (const std::uint32_t twin : twins) figures_.bad_input_edges += twin == kNonManifoldEdge;
-    work_.positions = input_.positions;
+    sound_ = sound_triangles(input_.triangles, input_.positions.size(), options_.threads, twins_,
+                             figures_.dropped_triangles);
+    fixed_ = border_vertices(sound_, twins_, input_.positions.size());
+    for (const std::uint32_t twin : twins_) figures_.bad_input_edges += twin == kNonManifoldEdge;
     double sum = 0.0;
-    const std::size_t stride = work_.triangles.size() / 10000 + 1;
+    const std::size_t stride = sound_.size() / 10000 + 1;
     std::size_t count = 0;
-    for (std::size_t t = 0; t < work_.triangles.size(); t += stride, ++count) {
-      const Triangle& c = work_.triangles[t];
-      sum += norm((work_.positions[c[1]] - work_.positions[c[0]]).cast<double>());
+    for (std::size_t t = 0; t < sound_.size(); t += stride, ++count) {
+      sum += norm((input_.positions[sound_[t][1]] - input_.positions[sound_[t][0]]).cast<double>());
     }
     spacing_ =
         static_cast<float>(count == 0 ? 1.0 : std::max(sum / static_cast<double>(count), 1e-4));
+    relax_.guard = {kGuardShare * sizes_.error_m, kGuardSpacing * spacing_, 0.0f,
+                    kDoubt * sizes_.error_m};
+  }
+
+  void start_over() {
+    work_ = {};
+    work_.triangles = sound_;
+    work_.positions = input_.positions;
+    work_.fixed = fixed_;
   }
 
   PatchGrid grid(int pass, double triangle_area) const {
@@ -141,20 +181,26 @@ class Remeshing {
     return {std::sqrt(kPatchTriangles * std::max(triangle_area, 1e-9)), shift[0], shift[1]};
   }
 
-  void decimate_all() {
+  void decimate_all(const Reference& reference) {
     const double area = 0.45 * static_cast<double>(spacing_) * static_cast<double>(spacing_);
-    const DecimateLimits limits{static_cast<float>(kDecimationShare * options_.max_error_m),
-                                sizes_.max_edge_m};
+    const DecimateLimits limits{static_cast<float>(kQuadricShare * options_.max_error_m),
+                                sizes_.max_edge_m,
+                                {kDecimationShare * sizes_.error_m, kGuardSpacing * spacing_,
+                                 kSmall * spacing_, kDoubt * sizes_.error_m}};
     progress_.begin("decimate", 2 * work_.triangles.size());
     for (int pass = 0; pass < 2; ++pass) {
-      decimate_pass(work_, grid(pass, area), limits, options_.threads, progress_);
+      decimate_pass(work_, reference, grid(pass, area), limits, options_.threads, progress_);
     }
     progress_.end();
     figures_.decimated_triangles = work_.triangles.size();
+    hang_vertices(work_);
     work_.source.resize(work_.positions.size());
-    for (std::uint32_t v = 0; v < work_.source.size(); ++v) work_.source[v] = v;
+    work_.hint.resize(work_.positions.size());
+    for (std::uint32_t v = 0; v < work_.source.size(); ++v) {
+      work_.source[v] = v;
+      work_.hint[v] = reference.triangle_at(v);
+    }
     compact(work_);
-    fill_hints(work_, input_);
     start_sizes(work_, sizes_);
     grade_sizes(work_, sizes_);
   }
@@ -172,17 +218,12 @@ class Remeshing {
     return count == 0 ? 1.0 : sum / static_cast<double>(count);
   }
 
-  void relax_all(const TriangleTree& tree, const std::vector<Vec3f>& samples) {
-    std::vector<Vec3f> some;
-    for (std::size_t i = 0; i < samples.size(); i += kLearningStride) some.push_back(samples[i]);
+  void relax_all(const Reference& reference) {
     progress_.begin("remesh", static_cast<std::uint64_t>(options_.passes));
     for (int pass = 0; pass < options_.passes; ++pass) {
-      const TriangleTree surface(work_.positions, work_.triangles, options_.threads);
-      const std::vector<float> errors =
-          triangle_errors(some, surface, kEnoughShare * sizes_.error_m, options_.threads);
-      adapt_sizes(work_, errors, sizes_, 0.6f, pass + 1 < options_.passes ? 1.3f : 1.0f);
+      adapt_sizes(work_, sizes_, 0.6f, pass + 1 < options_.passes ? 1.3f : 1.0f);
       grade_sizes(work_, sizes_);
-      relax_pass(work_, tree, grid(pass, 0.4 * mean_area()), relax_, {}, options_.threads,
+      relax_pass(work_, reference, grid(pass, 0.4 * mean_area()), relax_, options_.threads,
                  no_progress());
       check_cancelled(progress_);
       progress_.advance(1);
@@ -190,80 +231,62 @@ class Remeshing {
     progress_.end();
   }
 
-  /// Errors of both directions, by triangle of the present surface.
-  std::vector<float> two_sided_errors(const TriangleTree& tree, const std::vector<Vec3f>& samples) {
-    const TriangleTree surface(work_.positions, work_.triangles, options_.threads);
-    const float enough = kRepairShare * sizes_.error_m;
-    std::vector<float> errors = triangle_errors(samples, surface, enough, options_.threads);
-    figures_.input_to_result_m = largest(errors);
-    std::vector<float> back(errors.size(), 0.0f);
-    // Back: the samples of one triangle are its own.
-    parallel_for(surface.order().size(), 2048, options_.threads,
-                 [&](std::size_t begin, std::size_t end) {
-                   NearestQuery query;
-                   query.enough_sq = enough * enough;
-                   std::vector<Vec3f> own;
-                   for (std::size_t i = begin; i < end; ++i) {
-                     const std::uint32_t t = surface.order()[i];
-                     const Triangle& c = work_.triangles[t];
-                     own.assign(1, work_.positions[c[0]]);
-                     sample_triangle(work_.positions[c[0]], work_.positions[c[1]],
-                                     work_.positions[c[2]], kBackSpacing * spacing_, own);
-                     for (const Vec3f p : own) {
-                       const NearestPoint found = tree.nearest(p, query);
-                       query.guess = found.triangle;
-                       back[t] = std::max(back[t], std::sqrt(found.distance_sq));
-                     }
-                   }
-                 });
-    figures_.result_to_input_m = largest(back);
-    for (std::size_t t = 0; t < back.size(); ++t) errors[t] = std::max(errors[t], back[t]);
-    return errors;
-  }
-
-  static double largest(const std::vector<float>& values) {
-    return values.empty() ? 0.0
-                          : static_cast<double>(*std::max_element(values.begin(), values.end()));
-  }
-
-  void repair(const TriangleTree& tree, const std::vector<Vec3f>& samples) {
-    for (int round = 0; round <= kMostRepairs; ++round) {
-      const std::vector<float> errors = two_sided_errors(tree, samples);
-      std::vector<std::uint8_t> chosen(work_.positions.size(), 0);
-      std::size_t bad = 0;
-      for (std::size_t t = 0; t < errors.size(); ++t) {
-        if (errors[t] <= kRepairShare * sizes_.error_m) continue;
-        ++bad;
-        for (const std::uint32_t v : work_.triangles[t]) chosen[v] = 1;
-      }
-      if (bad == 0 || round == kMostRepairs) return;
+  /// Measures, and cuts what leaves the bound, while that helps. Returns what is left.
+  std::vector<Offence> repair(const Reference& reference) {
+    const MeasureLimits limits{kEnoughShare * sizes_.error_m, kSearchShare * sizes_.error_m,
+                               sizes_.error_m, kFinalSpacing * spacing_};
+    figures_.sample_spacing_m = static_cast<double>(limits.spacing_m);
+    float kept = 0.0f;
+    std::size_t before = std::numeric_limits<std::size_t>::max();
+    for (int round = 0;; ++round) {
+      Distances distances = measure_distances(work_, reference, limits, options_.threads);
+      kept = std::max(kept, distances.kept_m);
+      figures_.input_to_result_m = static_cast<double>(std::max(kept, distances.input_to_result_m));
+      figures_.result_to_input_m = static_cast<double>(std::max(kept, distances.result_to_input_m));
+      const std::size_t count = distances.offences.size();
+      if (count == 0 || round == kMostRepairs || 4 * count > 3 * before) return distances.offences;
+      before = count;
       ++figures_.repair_rounds;
-      for (std::size_t v = 0; v < chosen.size(); ++v) {
-        if (chosen[v] != 0 && work_.fixed[v] == 0) work_.size[v] *= 0.65f;
-      }
-      SizeLimits limits = sizes_;
-      limits.min_edge_m = std::min(sizes_.min_edge_m, 0.25f * spacing_);
-      grade_sizes(work_, limits);
-      PatchGrid local = grid(round + 3, 0.4 * mean_area());
-      local.side_m = std::min(local.side_m, std::max(24.0 * static_cast<double>(spacing_),
-                                                     12.0 * std::sqrt(mean_area())));
-      relax_pass(work_, tree, local, relax_, chosen, options_.threads, no_progress());
+      PatchGrid local = grid(round, 0.4 * mean_area());
+      local.side_m = std::min(local.side_m, 24.0 * static_cast<double>(spacing_));
+      mend_pass(work_, reference, local, relax_, distances.offences, options_.threads);
       check_cancelled(progress_);
     }
   }
 
-  void finish(const TriangleTree& tree, Result& result) {
-    figures_.sample_spacing_m = static_cast<double>(kBackSpacing * spacing_);
+  /// Marks the input round offences: vertices that hang on triangles next to theirs.
+  void freeze(const Reference& reference, const std::vector<Offence>& offences) {
+    std::vector<std::uint8_t> near(work_.positions.size(), 0);
+    for (const Offence& o : offences) {
+      for (const std::uint32_t v : work_.triangles[o.triangle]) near[v] = 1;
+      for (const std::uint32_t v : sound_[o.input_triangle]) fixed_[v] |= kFrozen;
+    }
+    for (std::size_t t = 0; t < work_.triangles.size(); ++t) {
+      const Triangle& c = work_.triangles[t];
+      if ((near[c[0]] | near[c[1]] | near[c[2]]) == 0) continue;
+      for (std::uint32_t s = work_.sample_first[t]; s < work_.sample_first[t + 1]; ++s) {
+        fixed_[work_.samples[s]] |= kFrozen;
+      }
+    }
+    // A ring more: triangles stay as they are where all three corners do.
+    const std::vector<std::uint8_t> inner = fixed_;
+    for (const Triangle& c : reference.triangles()) {
+      if (((inner[c[0]] | inner[c[1]] | inner[c[2]]) & kFrozen) == 0) continue;
+      for (const std::uint32_t v : c) fixed_[v] |= kFrozen;
+    }
+  }
+
+  void finish(const Reference& reference, Result& result) {
     result.mesh.positions = work_.positions;
     result.mesh.triangles = work_.triangles;
-    transfer_attributes(input_, tree, work_, result.mesh, options_.threads);
+    transfer_attributes(input_, reference, work_, result.mesh, options_.threads);
     std::vector<std::uint8_t> inner(work_.triangles.size(), 1);
     for (std::size_t t = 0; t < inner.size(); ++t) {
       for (const std::uint32_t v : work_.triangles[t]) {
         if (work_.fixed[v] != 0) inner[t] = 0;
       }
     }
-    for (const std::uint8_t f : work_.fixed) figures_.fixed_vertices += f;
+    for (const std::uint8_t f : work_.fixed) figures_.fixed_vertices += f != 0;
     figures_.quality = measure_quality(work_.positions, work_.triangles, options_.threads);
     figures_.inner_quality =
         measure_quality(work_.positions, work_.triangles, options_.threads, inner);
@@ -272,6 +295,9 @@ class Remeshing {
   const Mesh& input_;
   const Options& options_;
   Progress& progress_;
+  std::vector<Triangle> sound_;
+  std::vector<std::uint32_t> twins_;  ///< of sound_, until the reference has them
+  std::vector<std::uint8_t> fixed_;   ///< vertices of the input
   WorkMesh work_;
   SizeLimits sizes_;
   RelaxLimits relax_;

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <string>
+#include <vector>
 
 #include "core/base/progress.h"
 #include "core/mesh/mesh.h"
@@ -20,6 +22,12 @@ struct Options {
   int threads = 0;
 };
 
+/// What a part of the work took, wall clock.
+struct Step {
+  std::string name;
+  double seconds = 0.0;
+};
+
 /// What was measured on the result.
 struct Figures {
   std::uint64_t input_triangles = 0;
@@ -28,11 +36,13 @@ struct Figures {
   std::uint64_t fixed_vertices = 0;       ///< on borders and where the input is no manifold
   std::uint64_t bad_input_edges = 0;      ///< half-edges of edges that are no manifold
   int repair_rounds = 0;
+  int attempts = 1;  ///< more than one: some of the input was kept as it is to keep the bound
   double input_to_result_m = 0.0;  ///< largest distance, samples about sample_spacing_m apart
   double result_to_input_m = 0.0;
   double sample_spacing_m = 0.0;
   QualityReport quality;        ///< of all triangles
   QualityReport inner_quality;  ///< of those without a fixed vertex
+  std::vector<Step> steps;
 
   double hausdorff_m() const { return std::max(input_to_result_m, result_to_input_m); }
 };

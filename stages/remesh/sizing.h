@@ -4,7 +4,6 @@
 
 #include <vector>
 
-#include "core/mesh/triangle_tree.h"
 #include "stages/remesh/patches.h"
 
 namespace cornice::remesh {
@@ -24,15 +23,8 @@ void start_sizes(WorkMesh& mesh, const SizeLimits& limits);
 /// vertices by the neighbours alone). Mesh gradation after Borouchaki, Hecht, Frey 1998.
 void grade_sizes(WorkMesh& mesh, const SizeLimits& limits);
 
-/// For every triangle of `surface` the largest distance of the samples it is nearest to. Exact
-/// above enough_m; below, at most that. Samples should be in an order in which neighbours are near
-/// each other.
-std::vector<float> triangle_errors(const std::vector<Vec3f>& samples, const TriangleTree& surface,
-                                   float enough_m, int threads);
-
-/// Changes lengths by the error that the triangles around make: a chord's error grows with the
+/// Changes lengths by mesh.error of the triangles around: a chord's error grows with the
 /// square of its length. `smallest` and `largest` bound the factor.
-void adapt_sizes(WorkMesh& mesh, const std::vector<float>& errors, const SizeLimits& limits,
-                 float smallest, float largest);
+void adapt_sizes(WorkMesh& mesh, const SizeLimits& limits, float smallest, float largest);
 
 }  // namespace cornice::remesh

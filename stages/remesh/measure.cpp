@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "stages/remesh/measure.h"
+
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "core/base/parallel.h"
+
+namespace cornice::remesh {
+namespace {
+
+constexpr std::size_t kGrain = 8192;
+
+struct Found {
+  float largest_sq = 0.0f;
+  float kept_sq = 0.0f;
+  std::vector<std::pair<float, Offence>> offences;
+
+  /// Whether that is too far.
+  bool add(float distance_sq, float bound_m) {
+    largest_sq = std::max(largest_sq, distance_sq);
+    if (distance_sq > bound_m * bound_m) return true;
+    kept_sq = std::max(kept_sq, distance_sq);
+    return false;
+  }
+  void add(Found& other) {
+    largest_sq = std::max(largest_sq, other.largest_sq);
+    kept_sq = std::max(kept_sq, other.kept_sq);
+    offences.insert(offences.end(), other.offences.begin(), other.offences.end());
+  }
+};
+
+/// From places of the input to the result.
+class Forth {
+ public:
+  Forth(const WorkMesh& mesh, const Reference& input, const MeasureLimits& limits, int threads)
+      : mesh_(mesh),
+        input_(input),
+        limits_(limits),
+        surface_(mesh.positions, mesh.triangles,
+                 match_half_edges(mesh.triangles, mesh.positions.size(), threads), threads),
+        carrier_(input.positions().size(), Reference::kNoTriangle) {
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+      for (std::uint32_t s = mesh.sample_first[t]; s < mesh.sample_first[t + 1]; ++s) {
+        carrier_[mesh.samples[s]] = t;
+      }
+    }
+  }
+
+  Found run(int threads) const {
+    return parallel_reduce(
+        input_.triangles().size(), kGrain, threads, Found{},
+        [&](std::size_t begin, std::size_t end) {
+          Found found;
+          for (std::size_t t = begin; t < end; ++t) look(static_cast<std::uint32_t>(t), found);
+          return found;
+        },
+        [](Found& all, Found& part) { all.add(part); });
+  }
+
+ private:
+  void look(std::uint32_t t, Found& found) const {
+    const Triangle& c = input_.triangles()[t];
+    const std::uint32_t at[3] = {carrier_[c[0]], carrier_[c[1]], carrier_[c[2]]};
+    if (at[0] == at[1] && at[1] == at[2]) return;
+    const bool changed = std::any_of(std::begin(at), std::end(at), [&](std::uint32_t carrier) {
+      return carrier != Reference::kNoTriangle && mesh_.changed[carrier] != 0;
+    });
+    if (!changed) return;
+    const Vec3f p[3] = {input_.positions()[c[0]], input_.positions()[c[1]],
+                        input_.positions()[c[2]]};
+    for (int k = 0; k < 3; ++k) {
+      // Each side by one of its triangles.
+      const std::uint32_t twin = input_.twins()[3 * t + static_cast<std::uint32_t>(k)];
+      if (twin < kNoTwin && twin < 3 * t) continue;
+      if (at[k] != at[(k + 1) % 3]) look((p[k] + p[(k + 1) % 3]) * 0.5f, t, at, found);
+    }
+    look((p[0] + p[1] + p[2]) / 3.0f, t, at, found);
+  }
+
+  void look(Vec3f p, std::uint32_t t, const std::uint32_t (&at)[3], Found& found) const {
+    const float enough_sq = limits_.enough_m * limits_.enough_m;
+    NearestPoint best;
+    for (const std::uint32_t carrier : at) {
+      if (carrier == Reference::kNoTriangle) continue;
+      const Triangle& c = mesh_.triangles[carrier];
+      NearestPoint near = nearest_on_triangle(p, mesh_.positions[c[0]], mesh_.positions[c[1]],
+                                              mesh_.positions[c[2]]);
+      near.triangle = carrier;
+      if (near.distance_sq < best.distance_sq) best = near;
+    }
+    if (best.distance_sq > enough_sq) {
+      best = surface_.near(p, best.triangle, enough_sq, limits_.search_m * limits_.search_m);
+    }
+    if (found.add(best.distance_sq, limits_.bound_m)) {
+      found.offences.push_back({best.distance_sq, {best.triangle, p, t}});
+    }
+  }
+
+  const WorkMesh& mesh_;
+  const Reference& input_;
+  const MeasureLimits limits_;
+  Reference surface_;  ///< the result, to search on
+  std::vector<std::uint32_t> carrier_;
+};
+
+/// From places of one triangle of the result to the input; on its sides only on those that no
+/// triangle numbered lower shares.
+void look_back(const WorkMesh& mesh, const Reference& input, const MeasureLimits& limits,
+               const std::vector<std::uint32_t>& twins, std::uint32_t t, Found& found) {
+  const Triangle& c = mesh.triangles[t];
+  const Vec3f a = mesh.positions[c[0]];
+  const Vec3f ab = mesh.positions[c[1]] - a, ac = mesh.positions[c[2]] - a;
+  const auto is_own = [&](std::uint32_t k) {
+    const std::uint32_t twin = twins[3 * t + k];
+    return twin >= kNoTwin || twin > 3 * t || mesh.changed[twin / 3] == 0;
+  };
+  const bool own[3] = {is_own(0), is_own(1), is_own(2)};
+  const float longest = std::sqrt(std::max({dot(ab, ab), dot(ac, ac), dot(ac - ab, ac - ab)}));
+  const int n = std::max(2, static_cast<int>(std::ceil(longest / limits.spacing_m)));
+  const float step = 1.0f / static_cast<float>(n);
+  Offence offence{t, {}, 0};
+  float worst_sq = limits.bound_m * limits.bound_m;
+  std::uint32_t from = mesh.hint[c[0]];
+  const auto look = [&](float u, float v) {
+    const Vec3f p = a + ab * u + ac * v;
+    const NearestPoint near =
+        input.near(p, from, limits.enough_m * limits.enough_m, limits.search_m * limits.search_m);
+    from = near.triangle;
+    if (!found.add(near.distance_sq, limits.bound_m) || near.distance_sq <= worst_sq) return;
+    worst_sq = near.distance_sq;
+    offence.through = input.tree().point(near);
+    offence.input_triangle = near.triangle;
+  };
+  for (int i = 0; i <= n; ++i) {
+    for (int j = 0; i + j <= n; ++j) {
+      if ((j == 0 && !own[0]) || (i + j == n && !own[1]) || (i == 0 && !own[2])) continue;
+      look(static_cast<float>(i) * step, static_cast<float>(j) * step);
+    }
+  }
+  if (n == 2) look(1.0f / 3.0f, 1.0f / 3.0f);
+  if (worst_sq > limits.bound_m * limits.bound_m) found.offences.push_back({worst_sq, offence});
+}
+
+}  // namespace
+
+Distances measure_distances(const WorkMesh& mesh, const Reference& input,
+                            const MeasureLimits& limits, int threads) {
+  Distances distances;
+  Found forth = Forth(mesh, input, limits, threads).run(threads);
+  for (const float e : mesh.error) forth.add(e * e, limits.bound_m);
+  const std::vector<std::uint32_t> twins =
+      match_half_edges(mesh.triangles, mesh.positions.size(), threads);
+  Found back = parallel_reduce(
+      mesh.triangles.size(), 1024, threads, Found{},
+      [&](std::size_t begin, std::size_t end) {
+        Found found;
+        for (std::size_t t = begin; t < end; ++t) {
+          if (mesh.changed[t] == 0) continue;
+          look_back(mesh, input, limits, twins, static_cast<std::uint32_t>(t), found);
+        }
+        return found;
+      },
+      [](Found& all, Found& part) { all.add(part); });
+  distances.input_to_result_m = std::sqrt(forth.largest_sq);
+  distances.result_to_input_m = std::sqrt(back.largest_sq);
+  distances.kept_m = std::sqrt(std::max(forth.kept_sq, back.kept_sq));
+  forth.offences.insert(forth.offences.end(), back.offences.begin(), back.offences.end());
+  std::stable_sort(forth.offences.begin(), forth.offences.end(), [](const auto& a, const auto& b) {
+    return a.second.triangle != b.second.triangle ? a.second.triangle < b.second.triangle
+                                                  : a.first > b.first;
+  });
+  for (const auto& [distance_sq, offence] : forth.offences) {
+    if (!distances.offences.empty() && distances.offences.back().triangle == offence.triangle) {
+      continue;
+    }
+    distances.offences.push_back(offence);
+  }
+  return distances;
+}
+
+}  // namespace cornice::remesh
