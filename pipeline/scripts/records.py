@@ -18,8 +18,10 @@ def path(plan, *parts):
 
 
 def label(plan, tile):
-    """How messages name a job's subject."""
-    return plan["tiles"][tile]["path"] if tile in plan["tiles"] else "the survey"
+    """How messages name a job's subject: a tile, the survey or a region of it."""
+    if tile in plan["tiles"]:
+        return plan["tiles"][tile]["path"]
+    return "the survey" if tile == SURVEY else f"region {tile}"
 
 
 def folder(plan, stage):

@@ -15,6 +15,7 @@ from records import SURVEY, has_succeeded, path, succeeded
 NORMALS_REACH_M = 5.0
 # Keys of the section "poisson" that belong to its second step.
 EXTRACT_KEYS = ("support-cap-m",)
+MOST_HLOD_MB = 8192
 
 
 @dataclasses.dataclass(frozen=True)
@@ -24,10 +25,10 @@ class Stage:
     name: str
     title: str  # of its section in the report
     program: str  # cornice-PROGRAM runs it; the configuration's section of this name is its options
-    per_tile: bool
+    per: str  # "tile", "region" or "survey": what there is one job for
     # (stage, scope): "own" the same tile's job, "around" also its neighbours', "all" every tile's,
-    # "survey" the survey's one. All of them must have ended; "own" and "survey" must have succeeded,
-    # and one at least of "all".
+    # "each" every region's, "survey" the survey's one. All of them must have ended; "own", "each" and
+    # "survey" must have succeeded, and one at least of "all".
     needs: tuple
     command: Callable  # (plan, tile) -> list of words, without threads, memory and report
     outputs: Callable  # (plan, tile) -> paths that the job leaves
@@ -189,9 +190,31 @@ def meshes(plan):
             if name.endswith(".ply")]
 
 
+def regions_of(config):
+    return config.get("hlod", {}).get("regions", 1)
+
+
+def region_names(plan):
+    count = regions_of(plan["config"])
+    return [f"{number}-of-{count}" for number in range(1, count + 1)]
+
+
+def region_path(plan, region):
+    return path(plan, "regions", region)
+
+
+def region_command(plan, region):
+    return (["cornice-hlod", "build"] + meshes(plan) + ["-o", region_path(plan, region), "--region",
+                                                       region.replace("-of-", "/")] +
+            flags(plan, "hlod", skip=("regions",)))
+
+
 def hlod_command(plan, _):
+    if regions_of(plan["config"]) > 1:
+        return (["cornice-hlod", "build"] + [region_path(plan, name) for name in region_names(plan)] +
+                ["--join", "-o", hierarchy_path(plan)])
     return (["cornice-hlod", "build"] + meshes(plan) + ["-o", hierarchy_path(plan)] +
-            flags(plan, "hlod"))
+            flags(plan, "hlod", skip=("regions",)))
 
 
 def dem_command(plan, _):
@@ -213,29 +236,32 @@ def makes_ply(config):
 
 
 STAGES = {stage.name: stage for stage in (
-    Stage("info", "What is in the tiles", "info", True, (), info_command,
+    Stage("info", "What is in the tiles", "info", "tile", (), info_command,
           lambda plan, tile: [], 60, 1.5),
-    Stage("flightlines", "Flight lines", "flightlines", False, (("info", "all"),),
+    Stage("flightlines", "Flight lines", "flightlines", "survey", (("info", "all"),),
           flightlines_command, lambda plan, tile: [lines_path(plan)], 4, 1.0),
-    Stage("normals", "Normals", "normals", True,
+    Stage("normals", "Normals", "normals", "tile",
           (("info", "own"), ("info", "around"), ("flightlines", "survey")),
           normals_command, lambda plan, tile: [points_path(plan, tile)], 130, 3.0),
-    Stage("solve", "Field around the surface", "poisson", True, (("normals", "own"),),
+    Stage("solve", "Field around the surface", "poisson", "tile", (("normals", "own"),),
           solve_command, lambda plan, tile: [field_path(plan, tile), band_path(plan, tile)],
           320, 3.0, reads="fill_dem"),
-    Stage("extract", "Surface", "poisson", True, (("solve", "own"), ("solve", "around")),
+    Stage("extract", "Surface", "poisson", "tile", (("solve", "own"), ("solve", "around")),
           extract_command, lambda plan, tile: [surface_path(plan, tile)], 200, 1.0),
-    Stage("trim", "Trimming", "trim", True, (("extract", "own"),), trim_command,
+    Stage("trim", "Trimming", "trim", "tile", (("extract", "own"),), trim_command,
           lambda plan, tile: [trimmed_path(plan, tile)], 150, 0.5, reads="fill_dem"),
-    Stage("remesh", "Remeshing", "remesh", True, (("trim", "own"),), remesh_command,
+    Stage("remesh", "Remeshing", "remesh", "tile", (("trim", "own"),), remesh_command,
           lambda plan, tile: [remeshed_path(plan, tile)], 200, 3.0),
-    Stage("stitch", "Stitching", "stitch", False, (("remesh", "all"),), stitch_command,
+    Stage("stitch", "Stitching", "stitch", "survey", (("remesh", "all"),), stitch_command,
           lambda plan, tile: [mesh_folder(plan)], 10, 0.5),
-    Stage("hlod", "Levels of detail", "hlod", False, (("stitch", "survey"),), hlod_command,
-          lambda plan, tile: [hierarchy_path(plan)], 100, 0.5, makes_ply),
-    Stage("dem", "Elevation model", "dem", False, (), dem_command,
+    Stage("regions", "Regions of the levels of detail", "hlod", "region", (("stitch", "survey"),),
+          region_command, lambda plan, region: [region_path(plan, region)], 40, 0.5,
+          lambda config: makes_ply(config) and regions_of(config) > 1),
+    Stage("hlod", "Levels of detail", "hlod", "survey", (("stitch", "survey"), ("regions", "each")),
+          hlod_command, lambda plan, tile: [hierarchy_path(plan)], 20, 0.5, makes_ply),
+    Stage("dem", "Elevation model", "dem", "survey", (), dem_command,
           lambda plan, tile: [dem_folder(plan)], 30, 0.2, lambda config: "dem" in config, "dem"),
-    Stage("compare", "Mesh against elevation model", "compare", False, (("stitch", "survey"),),
+    Stage("compare", "Mesh against elevation model", "compare", "survey", (("stitch", "survey"),),
           compare_command, lambda plan, tile: [comparison_folder(plan)], 60, 1.0,
           lambda config: "dem" in config and makes_ply(config), "dem"),
 )}
@@ -258,7 +284,7 @@ def chains(plan):
     thousand jobs instead of sixty."""
     groups = []
     for stage in active(plan):
-        if groups and stage.per_tile and stage.needs == ((groups[-1][-1].name, "own"),):
+        if groups and stage.per == "tile" and stage.needs == ((groups[-1][-1].name, "own"),):
             groups[-1].append(stage)
         else:
             groups.append([stage])
@@ -266,8 +292,8 @@ def chains(plan):
 
 
 def tiles_of(plan, stage):
-    """What a stage's jobs are about."""
-    return plan["tiles"] if stage.per_tile else [SURVEY]
+    """What a stage's jobs are about: tiles, regions or the survey."""
+    return {"tile": plan["tiles"], "region": region_names(plan), "survey": [SURVEY]}[stage.per]
 
 
 def jobs(plan):
@@ -279,20 +305,20 @@ def upstream(plan, stage, tile):
     """The jobs that must have ended before: (stage, tile, must have succeeded)."""
     listed = []
     for name, scope in STAGES[stage].needs:
+        if not STAGES[name].is_wanted(plan["config"]):
+            continue
         if scope == "own":
             listed.append((name, tile, True))
         elif scope == "around":
             listed += [(name, other, False) for other in plan["tiles"][tile]["neighbours"]]
-        elif scope == "all":
-            listed += [(name, other, False) for other in plan["tiles"]]
         else:
-            listed.append((name, SURVEY, True))
+            listed += [(name, other, scope != "all") for other in tiles_of(plan, STAGES[name])]
     return listed
 
 
 def points_of(plan, tile):
-    """Points that a job works on, its halo included for tiles."""
-    if tile == SURVEY:
+    """Points that a job works on at a time, its halo included for tiles."""
+    if tile not in plan["tiles"]:
         return max((entry["points"] for entry in plan["tiles"].values()), default=0)
     entry = plan["tiles"][tile]
     west, south, east, north = entry["box"]
@@ -301,13 +327,39 @@ def points_of(plan, tile):
     return int(entry["points"] * min(grown, 1.0 + len(entry["neighbours"])))
 
 
+def points_in_all(plan, stage, tile):
+    """Points that a job takes its time for."""
+    if STAGES[stage].per == "tile":
+        return points_of(plan, tile)
+    count = sum(entry["points"] for entry in plan["tiles"].values())
+    return count // (regions_of(plan["config"]) if STAGES[stage].per == "region" else 1)
+
+
 def memory_mb(plan, stage, tile):
+    """What the scheduler keeps free for a job. Building levels of detail takes what there is, and goes
+    to the disk beyond."""
+    if STAGES[stage].program == "hlod":
+        needed = STAGES[stage].bytes_per_point * points_in_all(plan, stage, tile) / 2**20
+        return 300 + int(min(needed, MOST_HLOD_MB))
     return 300 + int(STAGES[stage].bytes_per_point * points_of(plan, tile) / 2**20)
+
+
+def expected_seconds(plan, stage, tile):
+    """A first guess of a job's time on one core."""
+    return 0.5 + STAGES[stage].seconds_per_million * points_in_all(plan, stage, tile) / 1e6
+
+
+def expected_times(plan):
+    """{(stage, tile): expected_seconds} of all jobs"""
+    times = {}
+    for stage in active(plan):
+        shared = None if stage.per == "tile" else expected_seconds(plan, stage.name, SURVEY)
+        for tile in tiles_of(plan, stage):
+            times[stage.name, tile] = (expected_seconds(plan, stage.name, tile)
+                                       if shared is None else shared)
+    return times
 
 
 def runtime_minutes(plan, stage, tile):
     """A generous limit for a scheduler: ten times the expected time and ten minutes."""
-    count = points_of(plan, tile)
-    if tile == SURVEY:
-        count = sum(entry["points"] for entry in plan["tiles"].values())
-    return 10 + int(STAGES[stage].seconds_per_million * count / 1e6 / 6.0)
+    return 10 + int(expected_seconds(plan, stage, tile) / 6.0)

@@ -35,7 +35,7 @@ def fingerprints(plan, version):
         key = "box" if stage.name != "info" else "modified"
         result[stage.name] = {}
         for tile in stages.tiles_of(plan, stage):
-            own = plan["tiles"][tile][key] if stage.per_tile else None
+            own = plan["tiles"][tile][key] if stage.per == "tile" else tile
             text = json.dumps([common, own], sort_keys=True)
             result[stage.name][tile] = hashlib.sha256(text.encode()).hexdigest()[:16]
     return result

@@ -15,15 +15,6 @@ def duration_text(seconds):
     return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
 
 
-def expected_seconds(plan):
-    """{(stage, tile): a first guess of its time on one core}"""
-    of_all = sum(entry["points"] for entry in plan["tiles"].values())
-    points = {tile: stages.points_of(plan, tile) for tile in plan["tiles"]}
-    points[records.SURVEY] = of_all
-    return {(stage, tile): 0.5 + stages.STAGES[stage].seconds_per_million * points[tile] / 1e6
-            for stage, tile in stages.jobs(plan)}
-
-
 class Folder:
     """The records of one stage; reads each of them once, and lists them only when they change."""
 
@@ -60,7 +51,7 @@ class Watch:
 
     def __init__(self, plan, left):
         """left: the jobs that are to be done now (todo.find)."""
-        self.expected = expected_seconds(plan)
+        self.expected = stages.expected_times(plan)
         self.total = sum(self.expected.values())
         self.left = sum(self.expected[job] for job in left)
         self.waiting = set(left)

@@ -237,6 +237,15 @@ class Survey(unittest.TestCase):
         self.assertEqual(code, 2)
         self.assertIn("hlod: reads .ply", text)
 
+    def test_builds_levels_of_detail_in_regions_and_joins_them(self):
+        self.configure("hlod: {regions: 2, partition: octree}\n")
+        code, text, jobs = self.run_it()
+        self.assertEqual(code, 0, text)
+        self.assertEqual(jobs.count("hlod a"), 2, jobs)
+        self.assertEqual(jobs[-1], "hlod 1-of-2")
+        self.configure("hlod: {regions: 3, partition: octree}\n")
+        self.assertEqual(len(self.run_it()[2]), 4)
+
     def test_refuses_to_end_with_a_stage_that_nobody_asked_for(self):
         code, text, _ = self.run_it("--until", "compare")
         self.assertEqual(code, 2)
