@@ -24,7 +24,7 @@ struct Options {
   std::vector<double> tolerances_m{0.1, 0.25, 0.5, 1.0};  ///< of the completeness
   std::vector<int> classes;       ///< of LAS points; empty: all but noise and virtual points
   double overhang_deg = 0.0;      ///< below the horizon a normal must point by more than this
-  double min_overhang_m2 = 0.25;  ///< smaller ones are not listed
+  double min_overhang_m2 = 0.1;   ///< smaller ones are not listed
   double min_layer_gap_m = 0.25;  ///< between two layers of one column
   M3c2Options m3c2;
   int threads = 0;
