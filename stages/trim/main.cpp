@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // cornice-trim: a reconstructed mesh in, the part of it that measurements support out.
+#include <algorithm>
+
 #include "core/base/error.h"
 #include "core/cli/stage.h"
 #include "core/io/ply.h"
@@ -29,6 +31,11 @@ std::vector<std::uint8_t> on_model(const trim::Command& command, const Mesh& mes
                   "mesh's system");
     }
     held = trim::find_model_surface(mesh, model, command.fill_within_m, context.options.threads);
+    if (!model.empty() && std::find(held.begin(), held.end(), 1) == held.end()) {
+      report.warn(
+          "no surface lies on that of the rasters, measured or not; do their heights refer "
+          "to something else?");
+    }
   });
   return held;
 }
@@ -56,11 +63,6 @@ void run(trim::Command& command, StageContext& context) {
                 [&] { result = trim::trim(mesh, command.options, held, context.progress); });
   } catch (const InputError& error) {
     throw InputError(command.mesh.string(), error.problem());
-  }
-  if (!held.empty() && result.counts.model_vertices == 0 && result.counts.dropped_triangles > 0) {
-    report.warn(
-        "no surface without measurements follows the rasters; give cornice-poisson the "
-        "same --fill-dem");
   }
   trim::report_counts(result.counts, result.mesh, report);
   report.step("write", [&] { write_ply(command.output, result.mesh); });

@@ -226,6 +226,20 @@ TEST_F(FillDem, RefusesAModelOfAnotherSystemInOneLineThatNamesIt) {
   EXPECT_FALSE(fs::exists(folder_ / "t.ply"));
 }
 
+TEST_F(FillDem, WarnsOfHeightsThatReferToSomethingElse) {
+  // As ellipsoidal heights in a file that names the plan system alone: 50 m higher.
+  Raster raster = read_raster(folder_ / "dem.tif");
+  for (float& z : raster.values) z += 50.0f;
+  raster.crs = crs_from_text("EPSG:2056");
+  write_cog(folder_ / "high.tif", raster);
+  reconstruct({});
+  const ProcessResult run_high = run("cornice-trim", {file("west.surface.ply"), "-o", file("t.ply"),
+                                                      "--fill-dem", file("high.tif")});
+  EXPECT_EQ(run_high.exit_code, 0) << run_high.err;
+  EXPECT_NE(run_high.err.find("do not say what their heights refer to"), std::string::npos);
+  EXPECT_NE(run_high.err.find("no surface lies on that of the rasters"), std::string::npos);
+}
+
 TEST_F(FillDem, FillsATileThatHasPointsInItsHaloAlone) {
   write_ply(folder_ / "west.points.ply", measured(kTile, kTile + 40));
   reconstruct({"--fill-dem", file("dem.tif")});
