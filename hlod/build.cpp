@@ -171,9 +171,14 @@ Header plan_header(const InputSummary& input, const BuildOptions& options) {
   return header;
 }
 
-CellsInMemory::CellsInMemory(std::vector<BuildCell> cells) : cells_(std::move(cells)) {
+CellsInMemory::CellsInMemory(std::vector<BuildCell> cells, const Header& header, int threads)
+    : cells_(std::move(cells)) {
   std::sort(cells_.begin(), cells_.end(),
             [](const BuildCell& a, const BuildCell& b) { return a.key < b.key; });
+  const bool connected = std::all_of(cells_.begin(), cells_.end(), [](const BuildCell& c) {
+    return c.sharers.size() == c.vertices.size();
+  });
+  if (!connected) connect_cells(cells_, header, threads);
   for (const BuildCell& c : cells_) {
     infos_.push_back({c.key, c.error_m, c.triangles.size(), c.vertices.size()});
   }
@@ -227,7 +232,7 @@ std::vector<LevelCounts> build_levels(std::vector<BuildCell> cells, const Header
                                       const BlockOptions& options, int threads,
                                       const PartSink& sink, Progress& progress) {
   std::vector<LevelCounts> counts(static_cast<std::size_t>(header.lattice.finest_level) + 1);
-  CellsInMemory source(std::move(cells));
+  CellsInMemory source(std::move(cells), header, threads);
   const int finest = source.infos().empty() ? 0 : source.infos().front().key.level;
   for (int level = finest; level > 0; --level) {
     std::mutex mutex;
@@ -239,7 +244,7 @@ std::vector<LevelCounts> build_levels(std::vector<BuildCell> cells, const Header
           next.push_back(std::move(cell));
         },
         sink, progress);
-    source = CellsInMemory(std::move(next));
+    source = CellsInMemory(std::move(next), header, threads);
   }
   counts[0] = finish_roots(source, sink);
   return counts;

@@ -75,8 +75,8 @@ class CellSource {
 /// Cells in memory.
 class CellsInMemory : public CellSource {
  public:
-  /// In any order.
-  explicit CellsInMemory(std::vector<BuildCell> cells);
+  /// In any order. Cells that do not know who shares their vertices learn it.
+  CellsInMemory(std::vector<BuildCell> cells, const Header& header, int threads);
   const std::vector<Info>& infos() const override { return infos_; }
   BuildCell take(std::size_t index) override { return std::move(cells_[index]); }
 

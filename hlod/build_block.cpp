@@ -25,17 +25,6 @@ void for_each_sharer(std::uint32_t bits, const CellKey& cell, const Act& act) {
   }
 }
 
-/// The bits of `from`, without `to` itself, as `to` sees them.
-std::uint32_t seen_from(std::uint32_t bits, const CellKey& from, const CellKey& to) {
-  std::uint32_t seen = 0;
-  for_each_sharer(bits, from, [&](const CellKey& other) {
-    assert(std::abs(other.i - to.i) <= 1 && std::abs(other.j - to.j) <= 1 &&
-           std::abs(other.k - to.k) <= 1 && "cells that share a vertex touch");
-    if (other != to) seen |= sharer_bit(to, other);
-  });
-  return seen;
-}
-
 }  // namespace
 
 BlockResult BlockBuilder::run(const std::vector<const BuildCell*>& cells) {
@@ -47,7 +36,6 @@ BlockResult BlockBuilder::run(const std::vector<const BuildCell*>& cells) {
   simplify();
   unify();
   average();
-  note_sharers();
   make_parents(result);
   for (const BuildCell& parent : result.parents) {
     result.counts.triangles_out += parent.triangles.size();
@@ -73,10 +61,6 @@ void BlockBuilder::reserve() {
   points_.reserve(vertices);
   data_.clear();
   data_.reserve(vertices);
-  home_.clear();
-  home_.reserve(vertices);
-  sharers_.clear();
-  sharers_.reserve(vertices);
   mesh_.locked.clear();
   mesh_.locked.reserve(vertices);
 }
@@ -124,15 +108,14 @@ void BlockBuilder::add_cell(std::size_t c) {
   const BuildCell& cell = *(*cells_)[c];
   std::uint32_t* const to = to_.data() + to_begins_[c];
   for (std::uint32_t v = 0; v < cell.vertices.size(); ++v) {
-    to[v] = add_vertex(cell, v, parent_cell_[c]);
+    to[v] = add_vertex(cell, v);
   }
   for (const Triangle& t : cell.triangles) original_.push_back({to[t[0]], to[t[1]], to[t[2]]});
   begins_.push_back(original_.size());
 }
 
 /// A vertex that no other cell uses is new without looking; of the others, the table knows.
-std::uint32_t BlockBuilder::add_vertex(const BuildCell& cell, std::uint32_t vertex,
-                                       std::uint32_t home) {
+std::uint32_t BlockBuilder::add_vertex(const BuildCell& cell, std::uint32_t vertex) {
   const CellVertex& data = cell.vertices[vertex];
   const auto next = static_cast<std::uint32_t>(points_.size());
   std::uint32_t index = next;
@@ -145,21 +128,20 @@ std::uint32_t BlockBuilder::add_vertex(const BuildCell& cell, std::uint32_t vert
     points_.push_back(data.position);
     data_.push_back(data);
     data_.back().position = coarsened(data.position);
-    home_.push_back(home);
-    sharers_.push_back(0);
     mesh_.locked.push_back(0);
   }
-  if (cell.sharers[vertex] != 0) add_outside(cell, vertex, index);
+  if (cell.sharers[vertex] != 0 && is_outside(cell, vertex)) mesh_.locked[index] = 1;
   return index;
 }
 
-void BlockBuilder::add_outside(const BuildCell& cell, std::uint32_t vertex, std::uint32_t index) {
+/// Whether a cell of another block uses the vertex, too.
+bool BlockBuilder::is_outside(const BuildCell& cell, std::uint32_t vertex) const {
   const CellKey block = block_of_cell(cell.key, options_.side, header_.partition);
+  bool outside = false;
   for_each_sharer(cell.sharers[vertex], cell.key, [&](const CellKey& other) {
-    if (block_of_cell(other, options_.side, header_.partition) == block) return;
-    mesh_.locked[index] = 1;
-    sharers_[index] |= sharer_bit(parent_keys_[home_[index]], other.parent());
+    outside |= block_of_cell(other, options_.side, header_.partition) != block;
   });
+  return outside;
 }
 
 void BlockBuilder::simplify() {
@@ -184,11 +166,7 @@ void BlockBuilder::unify() {
   for (const std::uint8_t locked : {std::uint8_t{1}, std::uint8_t{0}}) {
     for (std::uint32_t v = 0; v < parents_.size(); ++v) {
       if (simplifier_.parents()[v] != v || mesh_.locked[v] != locked) continue;
-      const std::uint32_t same = table_.find_or_add(data_[v].position, v, position);
-      parents_[v] = same;
-      if (same != v) {
-        sharers_[same] |= seen_from(sharers_[v], parent_keys_[home_[v]], parent_keys_[home_[same]]);
-      }
+      parents_[v] = table_.find_or_add(data_[v].position, v, position);
     }
   }
   for (std::uint32_t& parent : parents_) parent = parents_[parent];
@@ -210,20 +188,6 @@ void BlockBuilder::average() {
   for (std::uint32_t v = 0; v < data_.size(); ++v) {
     if (parents_[v] == v && mesh_.locked[v] == 0) {
       data_[v].normal = encode_octahedral(sums[v], header_.normal_bits);
-    }
-  }
-}
-
-void BlockBuilder::note_sharers() {
-  for (std::size_t c = 0; c + 1 < begins_.size(); ++c) {
-    const CellKey& cell = parent_keys_[parent_cell_[c]];
-    for (std::size_t i = begins_[c]; i < begins_[c + 1]; ++i) {
-      const Triangle& t = mesh_.triangles[i];
-      if (t[0] == kNone) continue;
-      for (const std::uint32_t corner : t) {
-        const std::uint32_t v = parents_[corner];
-        sharers_[v] |= sharer_bit(parent_keys_[home_[v]], cell);
-      }
     }
   }
 }
@@ -251,7 +215,6 @@ BuildCell BlockBuilder::make_parent(std::uint32_t parent) {
         if (place[v] == kNone) {
           place[v] = static_cast<std::uint32_t>(cell.vertices.size());
           cell.vertices.push_back(data_[v]);
-          cell.sharers.push_back(seen_from(sharers_[v], parent_keys_[home_[v]], cell.key));
         }
         v = place[v];
       }

@@ -47,12 +47,11 @@ class BlockBuilder {
   void assemble();
   void reserve();
   void add_cell(std::size_t c);
-  std::uint32_t add_vertex(const BuildCell& cell, std::uint32_t vertex, std::uint32_t home);
-  void add_outside(const BuildCell& cell, std::uint32_t vertex, std::uint32_t index);
+  std::uint32_t add_vertex(const BuildCell& cell, std::uint32_t vertex);
+  bool is_outside(const BuildCell& cell, std::uint32_t vertex) const;
   void simplify();
   void unify();
   void average();
-  void note_sharers();
   void make_parents(BlockResult& result);
   BuildCell make_parent(std::uint32_t parent);
   void finish_cells(BlockResult& result);
@@ -76,8 +75,6 @@ class BlockBuilder {
   std::vector<LatticePoint> points_;    ///< steps of the cells' level
   std::vector<Vec3f> fine_;             ///< the same in coarse steps from base_
   std::vector<CellVertex> data_;        ///< with coarse positions
-  std::vector<std::uint32_t> home_;     ///< parent cell of the first user
-  std::vector<std::uint32_t> sharers_;  ///< users among the parents' cells, as seen from home_
   std::vector<std::uint32_t> parents_;  ///< what it becomes, after those at one point are one
 };
 

@@ -5,7 +5,6 @@
 #include <mutex>
 #include <optional>
 #include <system_error>
-#include <tuple>
 #include <utility>
 
 #include "core/base/error.h"
@@ -16,20 +15,50 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Cells that a spool holds.
+/// Answers to rim vertices by the cells of a spool.
+std::vector<RimAnswer> answers_on_disk(const Spool& spool, std::vector<RimVertex> rim,
+                                       int threads) {
+  const auto find = [&](const CellKey& key, BuildCell& buffer) -> const BuildCell* {
+    const auto found =
+        std::lower_bound(spool.cells().begin(), spool.cells().end(), key,
+                         [](const SpoolCell& cell, const CellKey& k) { return cell.key < k; });
+    buffer.key = key;
+    if (found != spool.cells().end() && found->key == key) buffer = spool.read(*found);
+    return &buffer;
+  };
+  return answer_all(std::move(rim), find, threads);
+}
+
+/// Cells that a spool holds. Those above the leaves learn here who shares their vertices.
 class CellsOnDisk : public CellSource {
  public:
-  explicit CellsOnDisk(const fs::path& path) : spool_(path) {
+  CellsOnDisk(const fs::path& path, const Header& header, bool connect, int threads)
+      : spool_(path), connect_(connect) {
     for (const SpoolCell& c : spool_.cells()) {
       infos_.push_back({c.key, c.error_m, c.triangles, c.vertices});
     }
+    if (!connect) return;
+    std::mutex mutex;
+    std::vector<RimVertex> rim;
+    parallel_for(infos_.size(), 1, threads, [&](std::size_t c, std::size_t) {
+      const std::vector<RimVertex> own = rim_of(spool_.read(spool_.cells()[c]), header);
+      const std::lock_guard lock(mutex);
+      rim.insert(rim.end(), own.begin(), own.end());
+    });
+    answers_ = answers_on_disk(spool_, std::move(rim), threads);
   }
   const std::vector<Info>& infos() const override { return infos_; }
-  BuildCell take(std::size_t index) override { return spool_.read(spool_.cells()[index]); }
+  BuildCell take(std::size_t index) override {
+    BuildCell cell = spool_.read(spool_.cells()[index]);
+    if (connect_) put_sharers(cell, answers_for(cell.key, answers_));
+    return cell;
+  }
 
  private:
   Spool spool_;
+  bool connect_;
   std::vector<Info> infos_;
+  std::vector<RimAnswer> answers_;
 };
 
 /// Where each cell's records begin in a list ordered by key; one more at the end.
@@ -108,17 +137,14 @@ LeafCounts DiskLeaves::finish(Progress& progress) {
   LeafCounts counts = maker_.counts();
   std::vector<RimVertex> rim;
   join(counts, rim, progress);
-  const std::vector<RimAnswer> answers = answer(std::move(rim));
   const Spool joined(folder_.path() / "joined.spool");
+  const std::vector<RimAnswer> answers = answers_on_disk(joined, std::move(rim), threads_);
   SpoolWriter leaves(folder_.leaves(), folder_.text());
   progress.begin("finest level", joined.cells().size());
   parallel_for(joined.cells().size(), 1, threads_, [&](std::size_t c, std::size_t) {
     check_cancelled(progress);
     BuildCell cell = joined.read(joined.cells()[c]);
-    const auto [begin, end] =
-        std::equal_range(answers.begin(), answers.end(), RimAnswer{cell.key, 0, 0, {}, {}},
-                         [](const RimAnswer& a, const RimAnswer& b) { return a.cell < b.cell; });
-    finish_leaf(cell, {begin, end}, header_.normal_bits);
+    finish_leaf(cell, answers_for(cell.key, answers), header_.normal_bits);
     leaves.add(cell);
     progress.advance(1);
   });
@@ -158,38 +184,6 @@ void DiskLeaves::join(LeafCounts& counts, std::vector<RimVertex>& rim, Progress&
   fs::remove(path, error);
 }
 
-/// Answers to all rim vertices, in the order of the cells that they are for.
-std::vector<RimAnswer> DiskLeaves::answer(std::vector<RimVertex> rim) const {
-  const Spool joined(folder_.path() / "joined.spool");
-  std::sort(rim.begin(), rim.end(), [](const RimVertex& a, const RimVertex& b) {
-    return std::tie(a.home, a.cell, a.vertex) < std::tie(b.home, b.cell, b.vertex);
-  });
-  std::vector<std::size_t> begins;
-  for (std::size_t i = 0; i < rim.size(); ++i) {
-    if (i == 0 || rim[i].home != rim[i - 1].home) begins.push_back(i);
-  }
-  begins.push_back(rim.size());
-  std::mutex mutex;
-  std::vector<RimAnswer> answers;
-  parallel_for(begins.size() - 1, 1, threads_, [&](std::size_t h, std::size_t) {
-    BuildCell home;
-    home.key = rim[begins[h]].home;
-    const auto found =
-        std::lower_bound(joined.cells().begin(), joined.cells().end(), home.key,
-                         [](const SpoolCell& cell, const CellKey& key) { return cell.key < key; });
-    if (found != joined.cells().end() && found->key == home.key) home = joined.read(*found);
-    const std::vector<RimVertex> part(rim.begin() + static_cast<std::ptrdiff_t>(begins[h]),
-                                      rim.begin() + static_cast<std::ptrdiff_t>(begins[h + 1]));
-    const std::vector<RimAnswer> own = answer_rim(home, part);
-    const std::lock_guard lock(mutex);
-    answers.insert(answers.end(), own.begin(), own.end());
-  });
-  std::sort(answers.begin(), answers.end(), [](const RimAnswer& a, const RimAnswer& b) {
-    return std::tie(a.cell, a.vertex) < std::tie(b.cell, b.vertex);
-  });
-  return answers;
-}
-
 std::vector<LevelCounts> build_levels_on_disk(
     const WorkFolder& folder, const Header& header, const BlockOptions& options, int threads,
     const std::function<void(const Node&, std::span<const std::byte>)>& parts, Progress& progress) {
@@ -197,7 +191,7 @@ std::vector<LevelCounts> build_levels_on_disk(
   std::vector<LevelCounts> counts(static_cast<std::size_t>(finest) + 1);
   fs::path at = folder.leaves();
   for (int level = finest; level > 0; --level) {
-    CellsOnDisk source(at);
+    CellsOnDisk source(at, header, level < finest, threads);
     const fs::path next = folder.level(level);
     counts[static_cast<std::size_t>(level)] = counts_of(source.infos());
     if (!folder.has(next)) {
@@ -212,7 +206,7 @@ std::vector<LevelCounts> build_levels_on_disk(
     for (const SpoolPart& part : made.parts()) parts(part.node, made.read(part));
     at = next;
   }
-  CellsOnDisk roots(at);
+  CellsOnDisk roots(at, header, false, threads);
   counts[0] = finish_roots(
       roots, [&](const FinishedPart& part) { parts(part.node, encode_cell(part.mesh, header)); });
   return counts;

@@ -43,7 +43,6 @@ class DiskLeaves {
 
  private:
   void join(LeafCounts& counts, std::vector<RimVertex>& rim, Progress& progress) const;
-  std::vector<RimAnswer> answer(std::vector<RimVertex> rim) const;
 
   const WorkFolder& folder_;
   Header header_;

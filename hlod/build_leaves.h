@@ -4,6 +4,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <vector>
 
 #include "core/mesh/mesh.h"
@@ -74,8 +76,23 @@ struct RimAnswer {
 /// everyone takes the data of the user with the lowest key and the sum of the normals.
 std::vector<RimAnswer> answer_rim(const BuildCell& home, std::vector<RimVertex> rim);
 
+/// Gives the cell of a key, one without triangles where there is none; called from several threads.
+using FindCell = std::function<const BuildCell*(const CellKey& key, BuildCell& buffer)>;
+
+/// The answers to all rim vertices of a level, ordered by the cell that they are for.
+std::vector<RimAnswer> answer_all(std::vector<RimVertex> rim, const FindCell& find, int threads);
+
+/// Those for one cell.
+std::span<const RimAnswer> answers_for(const CellKey& cell, const std::vector<RimAnswer>& all);
+
+/// Tells every cell of a level, given in the order of their keys, which others use its vertices.
+void connect_cells(std::vector<BuildCell>& cells, const Header& header, int threads);
+
+/// Puts the answers' sharers into their cell.
+void put_sharers(BuildCell& cell, std::span<const RimAnswer> answers);
+
 /// Puts in what was answered (of this cell alone) and gives vertices without normals theirs.
-void finish_leaf(BuildCell& cell, const std::vector<RimAnswer>& answers, int normal_bits);
+void finish_leaf(BuildCell& cell, std::span<const RimAnswer> answers, int normal_bits);
 
 /// All of that for cells in memory: pieces of several meshes in the order of the input, joined,
 /// with sharers, in the order of their keys.

@@ -16,13 +16,14 @@ std::int32_t columns_of(const Header& header, const Box3d& box, int level) {
   return static_cast<std::int32_t>(std::floor(extent / header.lattice.cell_side(level))) + 1;
 }
 
-/// The blocks that children of the columns lie in.
+/// The blocks that children of the columns and of those beside them lie in.
 Columns finer(const Columns& columns, int side) {
   const auto block = [side](std::int32_t i) {
     return static_cast<std::int32_t>(std::floor((i + side / 2) / static_cast<double>(side)));
   };
-  return {block(2 * columns.first) * side - side / 2,
-          (block(2 * columns.last - 1) + 1) * side - side / 2};
+  const Columns beside = columns.grown();
+  return {block(2 * beside.first) * side - side / 2,
+          (block(2 * beside.last - 1) + 1) * side - side / 2};
 }
 
 }  // namespace

@@ -14,6 +14,7 @@ namespace cornice::hlod {
 struct Columns {
   std::int32_t first = 0, last = 0;
   bool contains(std::int32_t i) const { return i >= first && i < last; }
+  Columns grown() const { return {first - 1, last + 1}; }
 };
 
 /// Region `index` of `count`, counted from 0. It owns whole columns of cells of `level`, and all
@@ -25,8 +26,10 @@ struct Columns {
 ///   finest     |.. owned ...|
 struct Region {
   int level = 0;
-  Columns owned;                ///< of `level`
-  std::vector<Columns> needed;  ///< per level; empty below `level`
+  Columns owned;  ///< of `level`
+  /// Per level; empty below `level`. Cells in the columns beside them are needed, too, to know who
+  /// shares vertices.
+  std::vector<Columns> needed;
 
   /// Whether the cell, of this or a finer level, is the region's to store.
   bool owns(const CellKey& cell) const;

@@ -2,6 +2,7 @@
 // Who else uses a vertex: every cell reports those of its vertices that lie in another cell to
 // that cell, which knows whether it has them itself and tells all of them.
 #include <algorithm>
+#include <mutex>
 #include <tuple>
 #include <utility>
 
@@ -77,10 +78,47 @@ std::vector<RimAnswer> answer_rim(const BuildCell& home, std::vector<RimVertex> 
   return answers;
 }
 
-void finish_leaf(BuildCell& cell, const std::vector<RimAnswer>& answers, int normal_bits) {
+std::vector<RimAnswer> answer_all(std::vector<RimVertex> rim, const FindCell& find, int threads) {
+  std::sort(rim.begin(), rim.end(), [](const RimVertex& a, const RimVertex& b) {
+    return std::tie(a.home, a.cell, a.vertex) < std::tie(b.home, b.cell, b.vertex);
+  });
+  std::vector<std::size_t> begins;
+  for (std::size_t i = 0; i < rim.size(); ++i) {
+    if (i == 0 || rim[i].home != rim[i - 1].home) begins.push_back(i);
+  }
+  begins.push_back(rim.size());
+  std::mutex mutex;
+  std::vector<RimAnswer> answers;
+  parallel_for(begins.size() - 1, 1, threads, [&](std::size_t h, std::size_t) {
+    BuildCell buffer;
+    const BuildCell* const home = find(rim[begins[h]].home, buffer);
+    const std::vector<RimAnswer> own =
+        answer_rim(*home, {rim.begin() + static_cast<std::ptrdiff_t>(begins[h]),
+                           rim.begin() + static_cast<std::ptrdiff_t>(begins[h + 1])});
+    const std::lock_guard lock(mutex);
+    answers.insert(answers.end(), own.begin(), own.end());
+  });
+  std::sort(answers.begin(), answers.end(), [](const RimAnswer& a, const RimAnswer& b) {
+    return std::tie(a.cell, a.vertex) < std::tie(b.cell, b.vertex);
+  });
+  return answers;
+}
+
+std::span<const RimAnswer> answers_for(const CellKey& cell, const std::vector<RimAnswer>& all) {
+  const auto [begin, end] =
+      std::equal_range(all.begin(), all.end(), RimAnswer{cell, 0, 0, {}, {}},
+                       [](const RimAnswer& a, const RimAnswer& b) { return a.cell < b.cell; });
+  return {begin, end};
+}
+
+void put_sharers(BuildCell& cell, std::span<const RimAnswer> answers) {
   cell.sharers.assign(cell.vertices.size(), 0);
+  for (const RimAnswer& answer : answers) cell.sharers[answer.vertex] = answer.sharers;
+}
+
+void finish_leaf(BuildCell& cell, std::span<const RimAnswer> answers, int normal_bits) {
+  put_sharers(cell, answers);
   for (const RimAnswer& answer : answers) {
-    cell.sharers[answer.vertex] = answer.sharers;
     cell.vertices[answer.vertex] = answer.data;
     if (!cell.normal_sums.empty()) cell.normal_sums[answer.vertex] = answer.normal_sum;
   }
@@ -88,6 +126,40 @@ void finish_leaf(BuildCell& cell, const std::vector<RimAnswer>& answers, int nor
     cell.vertices[v].normal = encode_octahedral(cell.normal_sums[v], normal_bits);
   }
   cell.normal_sums = {};
+}
+
+namespace {
+
+/// Rims of cells in memory, and the answers to them.
+std::vector<RimAnswer> answers_in_memory(const std::vector<BuildCell>& cells, const Header& header,
+                                         int threads) {
+  std::vector<std::vector<RimVertex>> rims(cells.size());
+  parallel_for(cells.size(), 8, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c) rims[c] = rim_of(cells[c], header);
+  });
+  std::vector<RimVertex> rim;
+  for (auto& part : rims) rim.insert(rim.end(), part.begin(), part.end());
+  rims = {};
+  const auto find = [&](const CellKey& key, BuildCell& buffer) -> const BuildCell* {
+    const auto found =
+        std::lower_bound(cells.begin(), cells.end(), key,
+                         [](const BuildCell& cell, const CellKey& k) { return cell.key < k; });
+    if (found != cells.end() && found->key == key) return &*found;
+    buffer.key = key;
+    return &buffer;
+  };
+  return answer_all(std::move(rim), find, threads);
+}
+
+}  // namespace
+
+void connect_cells(std::vector<BuildCell>& cells, const Header& header, int threads) {
+  const std::vector<RimAnswer> answers = answers_in_memory(cells, header, threads);
+  parallel_for(cells.size(), 8, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c) {
+      put_sharers(cells[c], answers_for(cells[c].key, answers));
+    }
+  });
 }
 
 std::vector<BuildCell> finish_leaves(std::vector<std::vector<BuildCell>> pieces,
@@ -106,45 +178,19 @@ std::vector<BuildCell> finish_leaves(std::vector<std::vector<BuildCell>> pieces,
   const std::size_t count = begins.size() - 1;
   std::vector<BuildCell> cells(count);
   std::vector<LeafCounts> cell_counts(count);
-  std::vector<std::vector<RimVertex>> rims(count);
   parallel_for(count, 8, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c) {
       std::vector<BuildCell> own(
           std::make_move_iterator(all.begin() + static_cast<std::ptrdiff_t>(begins[c])),
           std::make_move_iterator(all.begin() + static_cast<std::ptrdiff_t>(begins[c + 1])));
       cells[c] = join_pieces(std::move(own), cell_counts[c]);
-      rims[c] = rim_of(cells[c], header);
     }
   });
   for (const LeafCounts& c : cell_counts) counts.duplicate += c.duplicate;
-  std::vector<RimVertex> rim;
-  for (auto& part : rims) rim.insert(rim.end(), part.begin(), part.end());
-  rims = {};
-  std::stable_sort(rim.begin(), rim.end(),
-                   [](const RimVertex& a, const RimVertex& b) { return a.home < b.home; });
-  std::vector<std::vector<RimAnswer>> answers(count);
-  const auto place_of_cell = [&](const CellKey& key) {
-    const auto found =
-        std::lower_bound(cells.begin(), cells.end(), key,
-                         [](const BuildCell& cell, const CellKey& k) { return cell.key < k; });
-    return found != cells.end() && found->key == key ? found - cells.begin() : std::ptrdiff_t{-1};
-  };
-  for (std::size_t begin = 0, end = 0; begin < rim.size(); begin = end) {
-    const CellKey home = rim[begin].home;
-    while (end < rim.size() && rim[end].home == home) ++end;
-    const std::ptrdiff_t at = place_of_cell(home);
-    BuildCell empty;
-    empty.key = home;
-    const std::vector<RimVertex> part(rim.begin() + static_cast<std::ptrdiff_t>(begin),
-                                      rim.begin() + static_cast<std::ptrdiff_t>(end));
-    for (const RimAnswer& answer :
-         answer_rim(at < 0 ? empty : cells[static_cast<std::size_t>(at)], part)) {
-      answers[static_cast<std::size_t>(place_of_cell(answer.cell))].push_back(answer);
-    }
-  }
+  const std::vector<RimAnswer> answers = answers_in_memory(cells, header, threads);
   parallel_for(count, 8, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c) {
-      finish_leaf(cells[c], answers[c], header.normal_bits);
+      finish_leaf(cells[c], answers_for(cells[c].key, answers), header.normal_bits);
     }
   });
   return cells;

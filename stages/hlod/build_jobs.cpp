@@ -217,7 +217,7 @@ std::vector<BuildCell> region_leaves(const BuildCommand& command, const Header& 
                                      const Region& region, Input& input, StageContext& context) {
   const int threads = context.options.threads;
   const Columns needed = region.needed[static_cast<std::size_t>(header.lattice.finest_level)];
-  const Columns read{needed.first - 1, needed.last + 1};
+  const Columns read = needed.grown();
   LeafMaker maker(header, command.options.max_pieces, threads);
   std::vector<std::vector<BuildCell>> pieces;
   for_each_tile(command, input, context, [&](const Mesh& mesh) {
@@ -241,7 +241,8 @@ void build_region(const BuildCommand& command, const Header& header, Input& inpu
   text["regions"] = count;
   text["block"] = {block.side, block.keep_share, block.max_error_share, block.attribute_weight};
   SpoolWriter writer(command.output, text.dump());
-  CellsInMemory source(region_leaves(command, header, region, input, context));
+  CellsInMemory source(region_leaves(command, header, region, input, context), header,
+                       context.options.threads);
   for (int level = header.lattice.finest_level; level > region.level; --level) {
     std::mutex mutex;
     std::vector<BuildCell> next;
@@ -253,7 +254,7 @@ void build_region(const BuildCommand& command, const Header& header, Input& inpu
     build_level(
         source, header, block, task,
         [&](BuildCell cell) {
-          if (!wanted.contains(cell.key.i)) return;
+          if (!wanted.grown().contains(cell.key.i)) return;
           const std::lock_guard lock(mutex);
           next.push_back(std::move(cell));
         },
@@ -261,7 +262,7 @@ void build_region(const BuildCommand& command, const Header& header, Input& inpu
           if (region.owns(part.node.key)) writer.add(part.node, encode_cell(part.mesh, header));
         },
         context.progress);
-    source = CellsInMemory(std::move(next));
+    source = CellsInMemory(std::move(next), header, context.options.threads);
   }
   for (std::size_t i = 0; i < source.infos().size(); ++i) {
     const BuildCell cell = source.take(i);
@@ -315,7 +316,11 @@ void join_regions(const BuildCommand& command, StageContext& context) {
       level.triangles += part.node.triangles;
       level.error_max_m = std::max(level.error_max_m, double{part.node.error_m});
     }
-    for (const SpoolCell& cell : region->cells()) cells.push_back(region->read(cell));
+    for (const SpoolCell& cell : region->cells()) {
+      cells.push_back(region->read(cell));
+      // What lies beyond the region may share vertices that happen to coincide.
+      cells.back().sharers.clear();
+    }
   }
   const std::vector<LevelCounts> upper = build_levels(
       std::move(cells), header, block, context.options.threads,
