@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Whatever is built keeps the promises of the format, and is the same however it is built.
+#include "hlod/build.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "hlod/build_disk.h"
+#include "hlod/file.h"
+#include "hlod/file_check.h"
+#include "tests/support/meshes.h"
+#include "tests/support/temporary_folder.h"
+
+namespace cornice::hlod {
+namespace {
+
+using test::TemporaryFolder;
+
+Mesh ground(double x, int cells, double step = 1) {
+  return test::height_mesh(x, 0, cells, step, [](double px, double py) {
+    return 9 * std::sin(px / 11) * std::cos(py / 7) + std::sin(px * 1.3 + py * 2.1);
+  });
+}
+
+struct Built {
+  std::string bytes;
+  FileCheck check;
+  LeafCounts leaves;
+  std::vector<LevelCounts> levels;
+};
+
+BuildOptions small_cells(Partition partition) {
+  BuildOptions options;
+  options.partition = partition;
+  options.triangles_per_cell = 300;
+  return options;
+}
+
+Built build(const std::vector<Mesh>& meshes, const BuildOptions& options, int threads = 1) {
+  InputSummary input;
+  for (const Mesh& mesh : meshes) summarise(mesh, "mesh", threads, input);
+  const Header header = plan_header(input, options);
+  LeafMaker maker(header, options.max_pieces, threads);
+  std::vector<std::vector<BuildCell>> pieces;
+  for (const Mesh& mesh : meshes) pieces.push_back(maker.pieces(mesh));
+  Built built;
+  built.leaves = maker.counts();
+  const TemporaryFolder folder;
+  FileWriter writer(folder / "a.hlod", header);
+  built.levels = build_levels(finish_leaves(std::move(pieces), header, threads, built.leaves),
+                              header, options.block, threads, [&](const FinishedPart& part) {
+                                writer.add(part.node, encode_cell(part.mesh, header));
+                              });
+  writer.finish();
+  built.bytes = test::read_text(folder / "a.hlod");
+  built.check = check_file(File(folder / "a.hlod"), threads);
+  return built;
+}
+
+void expect_sound(const Built& built) {
+  EXPECT_EQ(built.check.faults(), 0u)
+      << (built.check.examples.empty() ? "" : built.check.examples.front());
+}
+
+class BuildOf : public testing::TestWithParam<Partition> {};
+INSTANTIATE_TEST_SUITE_P(Both, BuildOf, testing::Values(Partition::kQuadtree, Partition::kOctree));
+
+TEST_P(BuildOf, GroundKeepsAllPromisesAndQuartersItsTriangles) {
+  BuildOptions options = small_cells(GetParam());
+  // Of smaller cells more vertices lie on borders, which stay.
+  options.triangles_per_cell = 2000;
+  const Built built = build({ground(0, 160)}, options);
+  expect_sound(built);
+  ASSERT_GE(built.levels.size(), 4u);
+  std::uint64_t all = 0;
+  for (std::size_t level = 0; level < built.levels.size(); ++level) {
+    all += built.levels[level].triangles;
+    if (level > 0) {
+      EXPECT_GE(built.levels[level - 1].error_max_m, built.levels[level].error_max_m);
+    }
+  }
+  EXPECT_EQ(built.levels.back().triangles, 2u * 160 * 160);
+  EXPECT_LE(static_cast<double>(all), 1.4 * 2 * 160 * 160);
+}
+
+TEST_P(BuildOf, IsTheSameForAnyNumberOfThreads) {
+  const std::vector<Mesh> tiles{ground(0, 60), ground(60, 60)};
+  const BuildOptions options = small_cells(GetParam());
+  EXPECT_TRUE(build(tiles, options, 1).bytes == build(tiles, options, 3).bytes);
+}
+
+TEST_P(BuildOf, OverhangsAndClosedSurfacesKeepAllPromises) {
+  expect_sound(build({test::overhang_mesh(60, 40, 6, 0.7)}, small_cells(GetParam())));
+  expect_sound(build({test::sphere_mesh(30, 5)}, small_cells(GetParam())));
+}
+
+TEST_P(BuildOf, TilesThatShareABorderIsThatOfTheWhole) {
+  const Built parts = build({ground(0, 60), ground(60, 60)}, small_cells(GetParam()));
+  expect_sound(parts);
+  EXPECT_EQ(parts.levels.back().triangles, 4u * 60 * 60);
+}
+
+TEST_P(BuildOf, ALakeOfHugeTrianglesAmidFineGroundKeepsAllPromises) {
+  Mesh mesh = ground(0, 100);
+  std::erase_if(mesh.triangles, [&](const auto& t) {
+    const Vec3f p = mesh.positions[t[0]];
+    return p.x >= 20 && p.x < 80 && p.y >= 20 && p.y < 80;
+  });
+  const auto corner = static_cast<std::uint32_t>(mesh.positions.size());
+  for (const Vec3f p : {Vec3f{20, 20, 0}, Vec3f{80, 20, 0}, Vec3f{80, 80, 0}, Vec3f{20, 80, 0}}) {
+    mesh.positions.push_back(p);
+  }
+  mesh.triangles.push_back({corner, corner + 1, corner + 2});
+  mesh.triangles.push_back({corner, corner + 2, corner + 3});
+  const Built built = build({mesh}, small_cells(GetParam()));
+  expect_sound(built);
+  EXPECT_GT(built.leaves.split_pieces, 100u);
+}
+
+TEST_P(BuildOf, BadMeshesAreCountedAndKeepAllPromises) {
+  Mesh mesh = ground(0, 50);
+  const auto corner = static_cast<std::uint32_t>(mesh.positions.size());
+  mesh.positions.push_back({10, 10, 25});
+  mesh.positions.push_back({500, 500, 0});      // without a triangle
+  mesh.triangles.push_back({0, 1, corner});     // three at an edge
+  mesh.triangles.push_back(mesh.triangles[5]);  // twice
+  mesh.triangles.push_back({7, 7, 8});          // no area
+  mesh.triangles.push_back({mesh.triangles[9][1], mesh.triangles[9][0], mesh.triangles[9][2]});
+  const Built built = build({mesh}, small_cells(GetParam()));
+  expect_sound(built);
+  EXPECT_EQ(built.leaves.duplicate, 2u);
+  EXPECT_EQ(built.leaves.degenerate, 1u);
+}
+
+TEST_P(BuildOf, SoupIsThatOfTheIndexedMesh) {
+  const Mesh mesh = ground(0, 40);
+  Mesh soup;
+  for (const auto& t : mesh.triangles) {
+    const auto first = static_cast<std::uint32_t>(soup.positions.size());
+    for (const std::uint32_t v : t) soup.positions.push_back(mesh.positions[v]);
+    soup.triangles.push_back({first, first + 1, first + 2});
+  }
+  EXPECT_TRUE(build({soup}, small_cells(GetParam())).bytes ==
+              build({mesh}, small_cells(GetParam())).bytes);
+}
+
+TEST_P(BuildOf, OnDiskIsTheSameAndGoesOnAfterAKill) {
+  const std::vector<Mesh> tiles{ground(0, 60), ground(60, 60)};
+  const BuildOptions options = small_cells(GetParam());
+  const Built in_memory = build(tiles, options);
+  InputSummary input;
+  for (const Mesh& mesh : tiles) summarise(mesh, "mesh", 1, input);
+  const Header header = plan_header(input, options);
+  const TemporaryFolder folder;
+  const auto finish = [&](const WorkFolder& work, const std::string& name) {
+    FileWriter writer(folder / name, header);
+    build_levels_on_disk(
+        work, header, options.block, 2,
+        [&](const Node& node, std::span<const std::byte> block) { writer.add(node, block); });
+    writer.finish();
+    return test::read_text(folder / name);
+  };
+  {
+    const WorkFolder work(folder / "work", "this build");
+    DiskLeaves leaves(work, header, options.max_pieces, 2);
+    for (const Mesh& mesh : tiles) leaves.add(mesh);
+    leaves.finish(no_progress());
+    EXPECT_TRUE(finish(work, "a.hlod") == in_memory.bytes);
+  }
+  // As a kill leaves it: some levels, and half of a file.
+  std::filesystem::remove(folder / "work/level-2.spool");
+  test::write_text(folder / "work/level-1.spool", "half");
+  const WorkFolder again(folder / "work", "this build");
+  EXPECT_TRUE(again.has(again.leaves()));
+  EXPECT_FALSE(again.has(again.level(1)));
+  EXPECT_TRUE(finish(again, "b.hlod") == in_memory.bytes);
+  const WorkFolder other(folder / "work", "another build");
+  EXPECT_FALSE(other.has(other.leaves()));
+}
+
+TEST(Build, OfOneTriangleIsOneCell) {
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {3, 0, 0}, {0, 3, 1}};
+  mesh.triangles = {{0, 1, 2}};
+  const Built built = build({mesh}, {});
+  expect_sound(built);
+  EXPECT_EQ(built.check.cells, 1u);
+  EXPECT_EQ(built.check.triangles, 1u);
+}
+
+TEST(Build, RefusesWhatItCannotUse) {
+  InputSummary input;
+  Mesh mesh = ground(0, 2);
+  mesh.positions[3].z = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THROW(summarise(mesh, "a.ply", 1, input), InputError);
+  mesh = ground(0, 2);
+  mesh.triangles[1][2] = 99;
+  EXPECT_THROW(summarise(mesh, "a.ply", 1, input), InputError);
+  EXPECT_THROW(plan_header(InputSummary{}, {}), InputError);
+  mesh = ground(0, 2);
+  mesh.crs_text = "EPSG:2056";
+  summarise(mesh, "a.ply", 1, input);
+  mesh.crs_text = "EPSG:2154";
+  EXPECT_THROW(summarise(mesh, "b.ply", 1, input), InputError);
+}
+
+TEST(Build, SaysSoWhereATriangleIsThousandsOfCellsLong) {
+  Mesh mesh = ground(0, 20);
+  const auto corner = static_cast<std::uint32_t>(mesh.positions.size());
+  mesh.positions.push_back({20000, 0, 0});
+  mesh.positions.push_back({0, 20000, 0});
+  mesh.triangles.push_back({0, corner, corner + 1});
+  BuildOptions options;
+  options.cell_side_m = 8;
+  options.max_pieces = 100'000;
+  EXPECT_THROW(build({mesh}, options), InputError);
+}
+
+}  // namespace
+}  // namespace cornice::hlod

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "hlod/simplify.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/base/random.h"
+#include "core/mesh/surface_distance.h"
+#include "core/mesh/topology.h"
+#include "core/mesh/triangle_tree.h"
+#include "hlod/simplify_error.h"
+#include "tests/support/meshes.h"
+
+namespace cornice::hlod {
+namespace {
+
+SimplifyMesh block_of(const Mesh& mesh, float scale = 64) {
+  SimplifyMesh block;
+  for (const Vec3f& p : mesh.positions) {
+    block.positions.push_back(
+        {std::round(scale * p.x), std::round(scale * p.y), std::round(scale * p.z)});
+  }
+  block.locked.assign(block.positions.size(), 0);
+  block.triangles = mesh.triangles;
+  return block;
+}
+
+SimplifyMesh rough_ground(int side) {
+  return block_of(test::height_mesh(0, 0, side, 1, [](double x, double y) {
+    const auto key = static_cast<std::uint64_t>(x * 977 + y);
+    return 6 * std::sin(x / 7) * std::cos(y / 9) + 0.4 * CounterRandom(3, 1, key).uniform();
+  }));
+}
+
+std::vector<Triangle> remaining(const SimplifyMesh& mesh) {
+  std::vector<Triangle> triangles;
+  for (const Triangle& t : mesh.triangles) {
+    if (t[0] != kNone) triangles.push_back(t);
+  }
+  return triangles;
+}
+
+float plan_area(const SimplifyMesh& mesh, const Triangle& t) {
+  const Vec3f a = mesh.positions[t[0]];
+  return cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a).z;
+}
+
+TEST(Simplify, ReachesItsTargetWithoutFoldsOrBadEdges) {
+  SimplifyMesh mesh = rough_ground(60);
+  const std::size_t before = mesh.triangles.size();
+  Simplifier simplifier;
+  SimplifyOptions options;
+  options.target_triangles = before / 4;
+  options.in_plan = true;
+  simplifier.run(mesh, options);
+  const std::vector<Triangle> left = remaining(mesh);
+  EXPECT_EQ(left.size(), simplifier.triangle_count());
+  EXPECT_LE(left.size(), before / 4);
+  EXPECT_GE(left.size() + 2, before / 4);
+  double area = 0;
+  for (const Triangle& t : left) {
+    EXPECT_GT(plan_area(mesh, t), 0);
+    area += 0.5 * double{plan_area(mesh, t)};
+  }
+  EXPECT_NEAR(area, 60.0 * 60 * 64 * 64, 0.002 * 60 * 60 * 64 * 64);
+  const TopologyReport report = check_topology(left, mesh.positions.size(), 1);
+  EXPECT_EQ(report.non_manifold_edges, 0u);
+  EXPECT_EQ(report.degenerate_triangles, 0u);
+  EXPECT_EQ(report.duplicate_triangles, 0u);
+}
+
+TEST(Simplify, MovesNoVertexFartherThanItsReach) {
+  for (const bool in_plan : {true, false}) {
+    SimplifyMesh mesh = rough_ground(40);
+    Simplifier simplifier;
+    SimplifyOptions options;
+    options.reach = 100;
+    options.in_plan = in_plan;
+    simplifier.run(mesh, options);
+    EXPECT_LT(remaining(mesh).size(), mesh.triangles.size() / 2);
+    for (std::uint32_t v = 0; v < mesh.positions.size(); ++v) {
+      const Vec3f d = mesh.positions[simplifier.parents()[v]] - mesh.positions[v];
+      EXPECT_LE(std::max(std::abs(d.x), std::abs(d.y)), 100);
+      if (!in_plan) {
+        EXPECT_LE(std::abs(d.z), 100);
+      }
+    }
+  }
+}
+
+TEST(Simplify, KeepsLockedVerticesAndTheEdgesBetweenThem) {
+  SimplifyMesh mesh = rough_ground(30);
+  for (std::uint32_t v = 0; v < 31; ++v) mesh.locked[v * 31] = 1;
+  Simplifier simplifier;
+  simplifier.run(mesh, {.target_triangles = 10, .in_plan = true});
+  const std::vector<Triangle> left = remaining(mesh);
+  for (std::uint32_t v = 0; v < 31; ++v) EXPECT_EQ(simplifier.parents()[v * 31], v * 31);
+  for (std::uint32_t v = 0; v + 1 < 31; ++v) {
+    const std::uint32_t a = v * 31, b = (v + 1) * 31;
+    EXPECT_EQ(std::count_if(left.begin(), left.end(),
+                            [&](const Triangle& t) {
+                              return std::count(t.begin(), t.end(), a) == 1 &&
+                                     std::count(t.begin(), t.end(), b) == 1;
+                            }),
+              1);
+  }
+}
+
+TEST(Simplify, StaysOnAPlaneAndOnItsOutline) {
+  SimplifyMesh mesh =
+      block_of(test::height_mesh(0, 0, 32, 1, [](double x, double y) { return x + 2 * y; }));
+  Simplifier simplifier;
+  simplifier.run(mesh, {.target_triangles = 8, .in_plan = true});
+  double area = 0;
+  for (const Triangle& t : remaining(mesh)) area += 0.5 * double{plan_area(mesh, t)};
+  EXPECT_EQ(area, 32.0 * 32 * 64 * 64);
+  EXPECT_LE(remaining(mesh).size(), 64u);
+}
+
+TEST(Simplify, StopsAtItsErrorBound) {
+  SimplifyMesh mesh = rough_ground(40);
+  const std::size_t before = mesh.triangles.size();
+  Simplifier simplifier;
+  simplifier.run(mesh, {.in_plan = true, .max_error = 0.01f});
+  EXPECT_GT(simplifier.triangle_count(), before * 9 / 10);
+}
+
+TEST(Simplify, LetsColoursSteerWhereAsked) {
+  SimplifyMesh mesh = block_of(test::height_mesh(0, 0, 40, 1, [](double, double) { return 0.0; }));
+  for (const Vec3f& p : mesh.positions) {
+    mesh.further.push_back({p.x > 20.5f * 64 ? 500.0f : 0.0f, 0, 0});
+  }
+  Simplifier simplifier;
+  simplifier.run(mesh, {.target_triangles = mesh.triangles.size() / 8, .in_plan = true});
+  for (std::uint32_t v = 0; v < mesh.positions.size(); ++v) {
+    EXPECT_EQ(mesh.further[v], mesh.further[simplifier.parents()[v]]);
+  }
+}
+
+TEST(Simplify, SurvivesWhatIsNoManifold) {
+  SimplifyMesh mesh = rough_ground(12);
+  const auto corner = static_cast<std::uint32_t>(mesh.positions.size());
+  for (const float x : {0.0f, 100.0f, 200.0f}) mesh.positions.push_back({x, 50, 400});
+  mesh.positions.push_back({7, 7, 7});  // without a triangle
+  mesh.locked.assign(mesh.positions.size(), 0);
+  mesh.triangles.push_back({0, 1, corner});          // a third triangle at an edge
+  mesh.triangles.push_back({40, 41, corner + 1});    // and one more
+  mesh.triangles.push_back({40, corner + 2, 80});    // a fan of its own
+  mesh.triangles.push_back(mesh.triangles.front());  // twice
+  Simplifier simplifier;
+  simplifier.run(mesh, {.target_triangles = 20});
+  EXPECT_LT(simplifier.triangle_count(), mesh.triangles.size() / 2);
+  for (const Triangle& t : remaining(mesh)) {
+    for (const std::uint32_t v : t) EXPECT_EQ(simplifier.parents()[v], v);
+  }
+}
+
+TEST(Simplify, LeavesNothingWithoutTriangles) {
+  SimplifyMesh mesh = block_of(test::height_mesh(0, 0, 1, 1, [](double, double) { return 0.0; }));
+  Simplifier simplifier;
+  simplifier.run(mesh, {});
+  EXPECT_EQ(simplifier.triangle_count(), 1u + (simplifier.triangle_count() == 2));
+  SimplifyMesh none;
+  simplifier.run(none, {});
+  EXPECT_EQ(simplifier.triangle_count(), 0u);
+}
+
+/// Largest distance from dense samples of one surface to another.
+double sampled_distance(const std::vector<Vec3f>& positions, const std::vector<Triangle>& from,
+                        const std::vector<Triangle>& to) {
+  const TriangleTree tree(positions, to, 1);
+  double largest = 0;
+  constexpr int kSteps = 6;
+  for (const Triangle& t : from) {
+    for (int i = 0; i <= kSteps; ++i) {
+      for (int j = 0; i + j <= kSteps; ++j) {
+        const float u = static_cast<float>(i) / kSteps, v = static_cast<float>(j) / kSteps;
+        const Vec3f p = (1 - u - v) * positions[t[0]] + u * positions[t[1]] + v * positions[t[2]];
+        largest = std::max(largest, std::sqrt(double{tree.nearest(p).distance_sq}));
+      }
+    }
+  }
+  return largest;
+}
+
+TEST(StepError, BoundsTheDistanceBothWays) {
+  const std::vector<SimplifyMesh> meshes{
+      rough_ground(50), block_of(test::overhang_mesh(40, 30, 4, 0.8)),
+      block_of(test::sphere_mesh(20, 4)),
+      block_of(test::height_mesh(0, 0, 50, 1, [](double x, double) { return x > 25 ? 30 : 0; }))};
+  for (const SimplifyMesh& input : meshes) {
+    SimplifyMesh mesh = input;
+    Simplifier simplifier;
+    simplifier.run(mesh, {.target_triangles = mesh.triangles.size() / 4});
+    StepError error;
+    error.prepare(mesh, simplifier, input.positions, input.triangles);
+    const double bound = error.of(0, input.triangles.size());
+    const std::vector<Triangle> left = remaining(mesh);
+    const double sampled = std::max(sampled_distance(input.positions, input.triangles, left),
+                                    sampled_distance(input.positions, left, input.triangles));
+    // Units are 1/64; floats of a few thousand units are exact to a hundredth.
+    EXPECT_GE(bound + 0.02, sampled);
+    EXPECT_LE(bound, 6 * sampled + 4);
+  }
+}
+
+}  // namespace
+}  // namespace cornice::hlod
