@@ -14,7 +14,7 @@ endmacro()
 # cornice_find_library(TARGET DEBIAN_PACKAGE HEADER LIBRARIES...): for those without a CMake config.
 function(cornice_find_library target debian_package header)
   string(MAKE_C_IDENTIFIER "CORNICE_${target}" prefix)
-  find_path(${prefix}_INCLUDE ${header} PATH_SUFFIXES pcl-1.15 pcl-1.14 pcl-1.13 pcl-1.12)
+  find_path(${prefix}_INCLUDE ${header} PATH_SUFFIXES imgui pcl-1.15 pcl-1.14 pcl-1.13 pcl-1.12)
   set(found ${${prefix}_INCLUDE})
   set(libraries "")
   foreach(name IN LISTS ARGN)
@@ -50,6 +50,9 @@ cornice_find_library(xxhash::xxhash libxxhash-dev xxhash.h xxhash)
 cornice_find_library(zstd::zstd libzstd-dev zstd.h zstd)
 # OpenGL and EGL are found when the viewer runs, through epoxy.
 cornice_find_library(epoxy::epoxy libepoxy-dev epoxy/gl.h epoxy)
+cornice_find_library(glfw::glfw libglfw3-dev GLFW/glfw3.h glfw)
+# Its static library holds the back ends for GLFW and OpenGL 3.
+cornice_find_library(imgui::imgui libimgui-dev imgui.h imgui stb)
 cornice_find_library(nova::nova libnova-dev libnova/solar.h nova)
 # Ubuntu 22.04 still has GeographicLib 1, whose package and library go by a shorter name.
 find_library(CORNICE_GEOGRAPHIC_1 Geographic)

@@ -9,15 +9,13 @@
 
 #include "core/base/error.h"
 #include "terrain-viewer/app/picture.h"
-#include "terrain-viewer/app/scene_setup.h"
+#include "terrain-viewer/app/session.h"
 #include "terrain-viewer/render/offscreen_context.h"
 #include "terrain-viewer/scene/camera_file.h"
 #include "terrain-viewer/scene/navigation.h"
 
 namespace cornice::viewer {
 namespace {
-
-constexpr Colour kBlack{0, 0, 0};
 
 /// The file of frame `frame` of a pattern with one %d or %0Nd; the pattern itself where it has
 /// none.
@@ -45,46 +43,26 @@ double milliseconds_since(std::chrono::steady_clock::time_point start) {
 class Studio {
  public:
   Studio(const Options& options, PixelSize size)
-      : options_(options),
-        size_(size),
-        cells_(static_cast<std::uint64_t>(options.gpu_memory_mib * 1048576.0)),
-        layers_(open_layers(options, cells_)),
-        style_(style_for(options, layers_)),
+      : size_(size),
+        session_(options),
         target_(size.width, size.height, options.samples),
         resolved_(size.width, size.height, 1) {}
 
-  const Layers& layers() const { return layers_; }
+  const Layers& layers() { return session_.layers(); }
 
   /// Draws one frame; `seconds` since the one before, 0: waits for all that it needs.
   Picture draw(const Camera& camera, double seconds, Vec3d velocity, Report& report) {
     const auto start = std::chrono::steady_clock::now();
-    ++frame_;
-    LayerView view;
-    view.camera = camera;
-    view.width = size_.width;
-    view.height = size_.height;
-    view.error_pixels = options_.error_pixels;
-    view.triangle_budget = static_cast<std::uint64_t>(options_.triangle_budget_m * 1e6);
-    view.seconds = seconds;
-    view.velocity = velocity;
-    for (const auto& layer : layers_) {
-      if (seconds > 0.0)
-        layer->update(view, cells_, frame_);
-      else if (!layer->settle(view, cells_, frame_))
-        ++unsettled_;
-      for (const std::string& failure : layer->take_failures())
-        report.warn(failure + "; its parent is drawn instead");
-    }
-    select_ms_.push_back(milliseconds_since(start));
-    renderer_.begin(target_.framebuffer(), size_.width, size_.height, camera, style_,
-                    options_.has_sky ? nullptr : &kBlack);
-    for (const auto& layer : layers_) {
-      const DrawCounts counts = renderer_.draw(layer->list(), cells_, style_);
-      triangles_.push_back(static_cast<double>(counts.triangles));
-      drawn_cells_.push_back(counts.cells);
-    }
+    const FrameCounts counts =
+        session_.draw(target_.framebuffer(), size_.width, size_.height, camera, seconds, velocity);
+    for (const std::string& failure : session_.take_failures())
+      report.warn(failure + "; its parent is drawn instead");
+    if (seconds == 0.0 && !counts.is_settled) ++unsettled_;
     resolve(target_, resolved_);
     Picture picture = read_picture(resolved_);
+    select_ms_.push_back(counts.select_ms);
+    triangles_.push_back(static_cast<double>(counts.triangles));
+    drawn_cells_.push_back(counts.cells);
     frame_ms_.push_back(milliseconds_since(start));
     return picture;
   }
@@ -102,10 +80,10 @@ class Studio {
     report.quality("frame, slowest, ms", *std::max_element(frame_ms_.begin(), frame_ms_.end()));
     report.quality("triangles, median", middle(triangles_));
     report.quality("cells, median", middle(drawn_cells_));
-    report.quality("memory on the GPU, MiB", double(cells_.used_bytes()) / 1048576.0);
+    report.quality("memory on the GPU, MiB", double(session_.cells().used_bytes()) / 1048576.0);
     report.quality("renderer", gl_description());
     std::uint64_t read = 0;
-    for (const auto& layer : layers_) read += layer->counts().store.bytes_read;
+    for (const auto& layer : session_.layers()) read += layer->counts().store.bytes_read;
     report.count("bytes read", read);
     if (unsettled_ > 0)
       report.warn(std::to_string(unsettled_) +
@@ -114,15 +92,11 @@ class Studio {
   }
 
  private:
-  const Options& options_;
   PixelSize size_;
   OffscreenContext context_;
-  TerrainRenderer renderer_;
-  GpuCells cells_;
-  Layers layers_;
-  Style style_;
+  Session session_;
   Target target_, resolved_;
-  std::uint64_t frame_ = 0, unsettled_ = 0;
+  std::uint64_t unsettled_ = 0;
   std::vector<double> select_ms_, frame_ms_, triangles_, drawn_cells_;
 };
 

@@ -2,6 +2,7 @@
 // cornice-viewer: looks at hierarchies, in a window or into pictures.
 #include "core/cli/stage.h"
 #include "terrain-viewer/app/headless.h"
+#include "terrain-viewer/app/window.h"
 
 int main(int argc, char** argv) {
   using namespace cornice;
@@ -10,10 +11,14 @@ int main(int argc, char** argv) {
   stage.name = "viewer";
   stage.description = "Draws terrain from hierarchies of any size";
   stage.options = viewer::describe(options);
-  stage.examples = {"cornice-viewer survey.hlod --headless -o overview.png",
+  stage.examples = {"cornice-viewer survey.hlod",
+                    "cornice-viewer survey.hlod --headless -o overview.png",
                     "cornice-viewer survey.hlod --headless --path flight.json -o frame_%04d.png"};
   stage.run = [&](StageContext& context) {
-    viewer::run_headless(options, context.report, context.progress);
+    if (options.headless)
+      viewer::run_headless(options, context.report, context.progress);
+    else
+      viewer::run_window(options, context.report);
   };
   return run_stage(argc, argv, std::move(stage));
 }

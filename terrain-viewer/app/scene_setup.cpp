@@ -41,23 +41,29 @@ Vec3d sun_of(const Options& options, const std::optional<GlobePosition>& place) 
 
 }  // namespace
 
-Layers open_layers(const Options& options, GpuCells& cells) {
+void add_layer(Layers& layers, const std::filesystem::path& file, const Options& options,
+               GpuCells& cells) {
   CellStoreOptions store;
   store.threads = options.loading_threads;
-  store.memory_bytes = static_cast<std::uint64_t>(
-      options.cache_mib * 1048576.0 /
-      static_cast<double>(std::max<std::size_t>(1, options.files.size())));
-  Layers layers;
-  for (const auto& path : options.files) {
-    layers.push_back(
-        std::make_unique<Layer>(path, static_cast<std::uint32_t>(layers.size()), store, cells));
+  const auto sharers = std::max<std::size_t>(1, options.files.size());
+  store.memory_bytes =
+      static_cast<std::uint64_t>(options.cache_mib * 1048576.0 / static_cast<double>(sharers));
+  auto layer =
+      std::make_unique<Layer>(file, static_cast<std::uint32_t>(layers.size()), store, cells);
+  if (!layers.empty()) {
     const std::string& first = layers.front()->file().header().crs_text;
-    const std::string& here = layers.back()->file().header().crs_text;
+    const std::string& here = layer->file().header().crs_text;
     if (!first.empty() && !here.empty() && first != here)
-      throw InputError(path.string(), "has the reference system " + here + ", " +
-                                          options.files.front().string() + " has " + first +
+      throw InputError(file.string(), "has the reference system " + here +
+                                          ", the first layer has " + first +
                                           "; layers of one scene need the same");
   }
+  layers.push_back(std::move(layer));
+}
+
+Layers open_layers(const Options& options, GpuCells& cells) {
+  Layers layers;
+  for (const auto& file : options.files) add_layer(layers, file, options, cells);
   return layers;
 }
 

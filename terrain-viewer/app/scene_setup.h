@@ -17,6 +17,10 @@ using Layers = std::vector<std::unique_ptr<Layer>>;
 /// reference systems.
 Layers open_layers(const Options& options, GpuCells& cells);
 
+/// Opens one more file as the last layer. Throws as open_layers.
+void add_layer(Layers& layers, const std::filesystem::path& file, const Options& options,
+               GpuCells& cells);
+
 /// Style by the options and by where the layers lie: the sun at the time given, snow and tree line
 /// by latitude, haze by size. Throws UsageError for a time that is none or cannot be had.
 Style style_for(const Options& options, const Layers& layers);

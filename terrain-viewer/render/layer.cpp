@@ -7,8 +7,10 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
 
 #include "core/base/error.h"
+#include "terrain-viewer/render/ground_query.h"
 
 namespace cornice::viewer {
 namespace {
@@ -45,6 +47,7 @@ hlod::Frustum frustum_of(const LayerView& view, double wider_deg) {
 Layer::Layer(const std::filesystem::path& path, std::uint32_t id, const CellStoreOptions& options,
              GpuCells& cells)
     : id_(id),
+      name_(path.filename().string()),
       file_(std::make_shared<const hlod::File>(path)),
       tree_(hlod::make_tree(file_->header(), file_->nodes())),
       store_(file_, options) {
@@ -256,6 +259,43 @@ bool Layer::settle(const LayerView& view, GpuCells& cells, std::uint64_t frame) 
   hlod::hold_to_loaded(tree_, is_loaded_, eye_, frustum_, radii_);
   choose(cells, frame);
   return counts_.cells_missing == 0;
+}
+
+std::optional<double> Layer::ground_at(double x, double y, double below) {
+  const hlod::Lattice& lattice = tree_.lattice;
+  const hlod::FinePoint at = hlod::fine_eye({x, y, below}, lattice);
+  std::vector<double> heights;
+  std::vector<std::uint32_t> stack;
+  for (std::uint32_t c = 0; c < tree_.level(0).size(); ++c) stack.push_back(c);
+  while (!stack.empty()) {
+    const std::uint32_t c = stack.back();
+    stack.pop_back();
+    const hlod::TreeCell& cell = tree_.cells[c];
+    if (at.x < cell.lowest.x || at.x > cell.highest.x || at.y < cell.lowest.y ||
+        at.y > cell.highest.y || is_loaded_[c] == 0)
+      continue;
+    const auto children = std::span(is_loaded_).subspan(cell.first_child, cell.children);
+    if (!children.empty() && std::find(children.begin(), children.end(), 0) == children.end()) {
+      for (std::uint32_t n = 0; n < cell.children; ++n) stack.push_back(cell.first_child + n);
+      continue;
+    }
+    const double step = lattice.step(cell.key.level);
+    for (std::uint32_t part = 0; part < cell.parts; ++part) {
+      const auto packed = store_.find(cell.first_node + part);
+      if (!packed) continue;
+      const std::size_t first = heights.size();
+      heights_at(*packed, file_->nodes()[cell.first_node + part].lowest,
+                 (x - lattice.origin.x) / step, (y - lattice.origin.y) / step, heights);
+      for (std::size_t i = first; i < heights.size(); ++i)
+        heights[i] = lattice.origin.z + step * heights[i];
+    }
+  }
+  std::optional<double> under, over;
+  for (const double z : heights) {
+    if (z <= below) under = std::max(under.value_or(z), z);
+    if (z > below) over = std::min(over.value_or(z), z);
+  }
+  return under ? under : over;
 }
 
 }  // namespace cornice::viewer

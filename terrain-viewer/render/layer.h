@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,8 @@ class Layer {
   Layer(const std::filesystem::path& path, std::uint32_t id, const CellStoreOptions& options,
         GpuCells& cells);
 
+  /// Of the file, without its folder.
+  const std::string& name() const { return name_; }
   const hlod::File& file() const { return *file_; }
   const hlod::Tree& tree() const { return tree_; }
   /// Box of everything, projected CRS.
@@ -57,6 +60,9 @@ class Layer {
   /// The same, waiting for all that the view needs: for pictures. False where the GPU's room or a
   /// damaged cell kept it from being all.
   bool settle(const LayerView& view, GpuCells& cells, std::uint64_t frame);
+  /// Height of the ground in plan, of the finest loaded cells: the highest surface that is at most
+  /// `below`, else the lowest above it. Nothing where there is no ground.
+  std::optional<double> ground_at(double x, double y, double below);
   /// Chosen last.
   const DrawList& list() const { return list_; }
   /// Indices into the tree of what was chosen last, the nearest first.
@@ -76,6 +82,7 @@ class Layer {
   void choose(GpuCells& cells, std::uint64_t frame);
 
   std::uint32_t id_;
+  std::string name_;
   std::shared_ptr<const hlod::File> file_;
   hlod::Tree tree_;
   Vec3d lowest_, highest_;

@@ -1,4 +1,4 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-cornice_test(viewer unit/viewer/camera_test.cpp unit/viewer/navigation_test.cpp
+cornice_test(viewer unit/viewer/camera_test.cpp unit/viewer/controls_test.cpp unit/viewer/navigation_test.cpp
              unit/viewer/range_allocator_test.cpp
-             unit/viewer/scene_test.cpp LIBS cornice_viewer_render)
+             unit/viewer/scene_test.cpp LIBS cornice_viewer_app)

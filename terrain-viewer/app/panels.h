@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What lies over the picture: read-outs, legend, scale, layers, frame times, help (Dear ImGui).
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "terrain-viewer/app/session.h"
+#include "terrain-viewer/scene/camera.h"
+
+namespace cornice::viewer {
+
+/// Shown panels and what they are about.
+struct PanelState {
+  bool shows_help = false, shows_frames = false, shows_layers = true;
+  bool asks_place = false;
+  std::array<char, 96> place{};
+  double swipe = -1.0;  ///< share of the width, below 0: off
+  std::string message;  ///< last line of the log
+  double speed_ms = 0.0;
+  bool walks = false;
+  struct Bookmark {
+    std::string name;
+    Camera camera;
+  };
+  std::vector<Bookmark> bookmarks;
+  std::array<float, 240> frame_ms{};
+  std::size_t frame_at = 0;
+};
+
+/// What of the ground lies under the cursor.
+struct UnderCursor {
+  Vec3d point;
+  std::optional<double> slope_deg;
+};
+
+/// What a panel was asked for.
+struct PanelResult {
+  std::optional<Camera> go;
+};
+
+PanelResult draw_panels(PanelState& state, Session& session, const Camera& camera, int width,
+                        int height, const std::optional<UnderCursor>& under,
+                        const FrameCounts& counts);
+
+}  // namespace cornice::viewer

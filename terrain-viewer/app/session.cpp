@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "terrain-viewer/app/session.h"
+
+#include <chrono>
+
+namespace cornice::viewer {
+namespace {
+
+constexpr Colour kBlack{0, 0, 0};
+
+}  // namespace
+
+Session::Session(const Options& options)
+    : options_(options),
+      cells_(static_cast<std::uint64_t>(options.gpu_memory_mib * 1048576.0)),
+      layers_(open_layers(options, cells_)),
+      looks_(layers_.size()),
+      style_(style_for(options, layers_)) {}
+
+void Session::add_layer(const std::filesystem::path& file) {
+  viewer::add_layer(layers_, file, options_, cells_);
+  looks_.emplace_back();
+}
+
+FrameCounts Session::draw(GLuint framebuffer, int width, int height, const Camera& camera,
+                          double seconds, Vec3d velocity, double swipe_column) {
+  const auto start = std::chrono::steady_clock::now();
+  ++frame_;
+  LayerView view;
+  view.camera = camera;
+  view.width = width;
+  view.height = height;
+  view.error_pixels = options_.error_pixels;
+  view.triangle_budget = static_cast<std::uint64_t>(options_.triangle_budget_m * 1e6);
+  view.seconds = seconds;
+  view.velocity = velocity;
+  FrameCounts counts;
+  std::size_t last = layers_.size();
+  for (std::size_t i = 0; i < layers_.size(); ++i) {
+    if (!looks_[i].is_visible) continue;
+    last = i;
+    if (seconds > 0.0)
+      layers_[i]->update(view, cells_, frame_);
+    else
+      layers_[i]->settle(view, cells_, frame_);
+    counts.missing += layers_[i]->counts().cells_missing;
+    counts.uploaded_bytes += layers_[i]->counts().uploaded_bytes;
+  }
+  counts.is_settled = counts.missing == 0;
+  counts.select_ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  renderer_.begin(framebuffer, width, height, camera, style_, options_.has_sky ? nullptr : &kBlack);
+  for (std::size_t i = 0; i < layers_.size(); ++i) {
+    if (!looks_[i].is_visible) continue;
+    Style style = style_;
+    style.opacity = looks_[i].opacity;
+    Swipe swipe;
+    if (swipe_column >= 0.0) swipe = {swipe_column, i == last ? 1 : -1};
+    const DrawCounts drawn = renderer_.draw(layers_[i]->list(), cells_, style, swipe);
+    counts.triangles += drawn.triangles;
+    counts.cells += drawn.cells;
+    counts.calls += drawn.calls;
+  }
+  return counts;
+}
+
+std::vector<std::string> Session::take_failures() {
+  std::vector<std::string> all;
+  for (const auto& layer : layers_)
+    for (std::string& failure : layer->take_failures()) all.push_back(std::move(failure));
+  return all;
+}
+
+}  // namespace cornice::viewer

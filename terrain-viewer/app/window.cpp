@@ -1,0 +1,409 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "terrain-viewer/app/window.h"
+
+#include <epoxy/gl.h>
+// After epoxy, which brings OpenGL's declarations.
+#include <GLFW/glfw3.h>
+#include <backends/imgui_impl_glfw.h>
+#include <backends/imgui_impl_opengl3.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <ctime>
+#include <memory>
+#include <numbers>
+#include <optional>
+
+#include "core/base/error.h"
+#include "terrain-viewer/app/controls.h"
+#include "terrain-viewer/app/panels.h"
+#include "terrain-viewer/app/picture.h"
+#include "terrain-viewer/app/session.h"
+#include "terrain-viewer/render/offscreen_context.h"
+#include "terrain-viewer/scene/camera_file.h"
+
+namespace cornice::viewer {
+namespace {
+
+constexpr double kNearM = 0.1;
+constexpr double kPathStepSeconds = 3.0;
+
+/// GLFW, its window and ImGui, from the first to the last.
+class WindowSystem {
+ public:
+  explicit WindowSystem(PixelSize size) {
+    const auto fail = [](const std::string& what) {
+      const char* reason = nullptr;
+      glfwGetError(&reason);
+      throw RunError("window", what + (reason != nullptr ? std::string(": ") + reason : "") +
+                                   "; --headless draws pictures without a window");
+    };
+    if (glfwInit() != GLFW_TRUE) fail("there is no display to open one on");
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 4);
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 5);
+    glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+    window_ = glfwCreateWindow(size.width, size.height, "Cornice", nullptr, nullptr);
+    if (window_ == nullptr) {
+      glfwTerminate();
+      fail("cannot be opened with OpenGL 4.5");
+    }
+    glfwMakeContextCurrent(window_);
+    glfwSwapInterval(1);
+    // A key that goes down and up between two slow frames still counts.
+    glfwSetInputMode(window_, GLFW_STICKY_KEYS, GLFW_TRUE);
+    require_gl_45();
+    ImGui::CreateContext();
+    ImGui::GetIO().IniFilename = nullptr;
+    ImGui_ImplGlfw_InitForOpenGL(window_, true);
+    ImGui_ImplOpenGL3_Init("#version 450 core");
+  }
+  ~WindowSystem() {
+    ImGui_ImplOpenGL3_Shutdown();
+    ImGui_ImplGlfw_Shutdown();
+    ImGui::DestroyContext();
+    glfwDestroyWindow(window_);
+    glfwTerminate();
+  }
+  WindowSystem(const WindowSystem&) = delete;
+  WindowSystem& operator=(const WindowSystem&) = delete;
+  GLFWwindow* get() const { return window_; }
+
+ private:
+  GLFWwindow* window_ = nullptr;
+};
+
+/// Targets of the window's size.
+struct Canvas {
+  Canvas(int width, int height, int samples)
+      : drawn(width, height, samples), shown(width, height, 1) {}
+  Target drawn, shown;
+};
+
+class WindowApp {
+ public:
+  WindowApp(const Options& options, Report& report)
+      : options_(options), report_(report), window_(parse_size(options.size)), session_(options) {
+    const SceneBox box = box_of(session_.layers());
+    glfwGetFramebufferSize(window_.get(), &width_, &height_);
+    camera_ = options.camera.empty()
+                  ? seeing_all({}, box.lowest, box.highest, double(width_) / std::max(1, height_))
+                  : read_camera(options.camera);
+    controls_.speed_ms = std::max(5.0, 0.03 * norm(box.highest - box.lowest));
+    history_.add(camera_);
+    glfwSetWindowUserPointer(window_.get(), this);
+    glfwSetDropCallback(window_.get(), [](GLFWwindow* window, int count, const char** paths) {
+      auto* self = static_cast<WindowApp*>(glfwGetWindowUserPointer(window));
+      for (int i = 0; i < count; ++i) self->open_file(paths[i]);
+    });
+  }
+
+  void run() {
+    auto last = std::chrono::steady_clock::now();
+    while (glfwWindowShouldClose(window_.get()) == GLFW_FALSE) {
+      glfwPollEvents();
+      const auto now = std::chrono::steady_clock::now();
+      const double seconds =
+          std::clamp(std::chrono::duration<double>(now - last).count(), 1e-4, 0.25);
+      last = now;
+      frame(seconds);
+      panels_.frame_ms[panels_.frame_at] = static_cast<float>(seconds * 1000.0);
+      panels_.frame_at = (panels_.frame_at + 1) % panels_.frame_ms.size();
+      ++frames_;
+    }
+    report_.count("frames", frames_);
+    report_.quality("renderer", gl_description());
+  }
+
+ private:
+  void frame(double seconds) {
+    glfwGetFramebufferSize(window_.get(), &width_, &height_);
+    if (width_ < 1 || height_ < 1) return;
+    if (!canvas_ || canvas_->drawn.width() != width_ || canvas_->drawn.height() != height_)
+      canvas_ = std::make_unique<Canvas>(width_, height_, options_.samples);
+    ImGui_ImplOpenGL3_NewFrame();
+    ImGui_ImplGlfw_NewFrame();
+    ImGui::NewFrame();
+    const Vec3d before = camera_.eye;
+    read_keys();
+    camera_ = controls_.step(
+        camera_, read_input(seconds), [this] { return point_under(cursor_x_, cursor_y_); },
+        [this](double x, double y) { return ground_at(x, y); });
+    remember_move();
+    const Vec3d velocity = (camera_.eye - before) / seconds;
+    draw(seconds, velocity);
+    for (const std::string& failure : session_.take_failures()) {
+      panels_.message = failure;
+      report_.warn(failure + "; its parent is drawn instead");
+    }
+    glfwSwapBuffers(window_.get());
+  }
+
+  void draw(double seconds, Vec3d velocity) {
+    const double swipe = panels_.swipe >= 0.0 ? panels_.swipe * width_ : -1.0;
+    const FrameCounts counts = session_.draw(canvas_->drawn.framebuffer(), width_, height_, camera_,
+                                             seconds, velocity, swipe);
+    glBlitNamedFramebuffer(canvas_->drawn.framebuffer(), canvas_->shown.framebuffer(), 0, 0, width_,
+                           height_, 0, 0, width_, height_,
+                           GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT, GL_NEAREST);
+    drawn_camera_ = camera_;
+    if (wants_picture_) save_picture();
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
+    glBlitNamedFramebuffer(canvas_->shown.framebuffer(), 0, 0, 0, width_, height_, 0, 0, width_,
+                           height_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    panels_.speed_ms = controls_.speed_ms;
+    panels_.walks = controls_.walks;
+    const PanelResult result =
+        draw_panels(panels_, session_, camera_, width_, height_, under_cursor(), counts);
+    if (result.go) {
+      camera_ = *result.go;
+      history_.add(camera_);
+    }
+    ImGui::Render();
+    glDisable(GL_DEPTH_TEST);
+    ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+  }
+
+  /// The ground seen in a pixel of the frame drawn last; nothing for sky.
+  std::optional<Vec3d> point_under(double x, double y) const {
+    if (!canvas_ || x < 0.0 || y < 0.0 || x >= width_ || y >= height_) return std::nullopt;
+    float depth = 0.0f;
+    glGetTextureSubImage(canvas_->shown.depth(), 0, static_cast<GLint>(x),
+                         height_ - 1 - static_cast<GLint>(y), 0, 1, 1, 1, GL_DEPTH_COMPONENT,
+                         GL_FLOAT, sizeof depth, &depth);
+    if (!(depth > 0.0f)) return std::nullopt;
+    const Vec3d ray = ray_of_pixel(drawn_camera_, width_, height_, std::floor(x), std::floor(y));
+    const double along = kNearM / double(depth);
+    return drawn_camera_.eye + along / dot(ray, axes_of(drawn_camera_).forward) * ray;
+  }
+
+  std::optional<UnderCursor> under_cursor() const {
+    const auto here = point_under(cursor_x_, cursor_y_);
+    if (!here) return std::nullopt;
+    UnderCursor under{*here, std::nullopt};
+    const auto right = point_under(cursor_x_ + 3.0, cursor_y_);
+    const auto below = point_under(cursor_x_, cursor_y_ + 3.0);
+    if (right && below) {
+      const Vec3d normal = cross(*below - *here, *right - *here);
+      if (norm(normal) > 0.0)
+        under.slope_deg =
+            std::acos(std::min(1.0, std::abs(normalized(normal).z))) * 180.0 / std::numbers::pi;
+    }
+    return under;
+  }
+
+  std::optional<double> ground_at(double x, double y) {
+    std::optional<double> ground;
+    for (std::size_t i = 0; i < session_.layers().size(); ++i) {
+      if (!session_.looks()[i].is_visible) continue;
+      if (const auto z = session_.layers()[i]->ground_at(x, y, camera_.eye.z + 1.0))
+        ground = std::max(ground.value_or(*z), *z);
+    }
+    return ground;
+  }
+
+  bool is_down(int key) const { return glfwGetKey(window_.get(), key) == GLFW_PRESS; }
+
+  ControlInput read_input(double seconds) {
+    ControlInput in;
+    in.seconds = seconds;
+    in.width = width_;
+    in.height = height_;
+    const ImGuiIO& io = ImGui::GetIO();
+    double x = 0.0, y = 0.0;
+    glfwGetCursorPos(window_.get(), &x, &y);
+    // The cursor is in screen units, which are not pixels on every display.
+    x *= double(io.DisplayFramebufferScale.x);
+    y *= double(io.DisplayFramebufferScale.y);
+    in.dx = x - cursor_x_;
+    in.dy = y - cursor_y_;
+    in.x = cursor_x_ = x;
+    in.y = cursor_y_ = y;
+    if (!io.WantCaptureMouse) {
+      in.left = io.MouseDown[0];
+      in.right = io.MouseDown[1];
+      in.middle = io.MouseDown[2];
+      in.pressed = ImGui::IsMouseClicked(0) || ImGui::IsMouseClicked(1) || ImGui::IsMouseClicked(2);
+      in.is_double_click = ImGui::IsMouseDoubleClicked(0);
+      in.wheel = double(io.MouseWheel);
+    }
+    if (!io.WantCaptureKeyboard && !io.KeyCtrl) {
+      const auto along = [&](int plus, int minus) {
+        return double(is_down(plus)) - double(is_down(minus));
+      };
+      in.fly = {along(GLFW_KEY_W, GLFW_KEY_S), along(GLFW_KEY_D, GLFW_KEY_A),
+                along(GLFW_KEY_E, GLFW_KEY_Q)};
+      in.is_fast = io.KeyShift;
+    }
+    in.wheel_is_speed = in.fly.forward != 0.0 || in.fly.right != 0.0 || in.fly.up != 0.0;
+    read_gamepad(in);
+    return in;
+  }
+
+  static void read_gamepad(ControlInput& in) {
+    GLFWgamepadstate pad{};
+    if (glfwGetGamepadState(GLFW_JOYSTICK_1, &pad) != GLFW_TRUE) return;
+    const auto axis = [&](int which) {
+      const double value = double(pad.axes[which]);
+      return std::abs(value) < 0.15 ? 0.0 : value;
+    };
+    in.fly.right += axis(GLFW_GAMEPAD_AXIS_LEFT_X);
+    in.fly.forward -= axis(GLFW_GAMEPAD_AXIS_LEFT_Y);
+    in.fly.up +=
+        0.5 * (axis(GLFW_GAMEPAD_AXIS_RIGHT_TRIGGER) - axis(GLFW_GAMEPAD_AXIS_LEFT_TRIGGER));
+    in.turn_right += axis(GLFW_GAMEPAD_AXIS_RIGHT_X);
+    in.turn_up -= axis(GLFW_GAMEPAD_AXIS_RIGHT_Y);
+    in.is_fast |= pad.buttons[GLFW_GAMEPAD_BUTTON_A] == GLFW_PRESS;
+  }
+
+  /// True once for each press of the key.
+  bool pressed(int key) {
+    const bool down = is_down(key);
+    bool& was = was_down_[static_cast<std::size_t>(key)];
+    const bool is_new = down && !was;
+    was = down;
+    return is_new;
+  }
+
+  void read_keys() {
+    const ImGuiIO& io = ImGui::GetIO();
+    if (pressed(GLFW_KEY_F1)) panels_.shows_help = !panels_.shows_help;
+    if (pressed(GLFW_KEY_F3)) panels_.shows_frames = !panels_.shows_frames;
+    if (pressed(GLFW_KEY_F11)) toggle_full_screen();
+    if (pressed(GLFW_KEY_F12)) wants_picture_ = true;
+    if (pressed(GLFW_KEY_ESCAPE)) panels_.asks_place = panels_.shows_help = false;
+    if (io.WantCaptureKeyboard) return;
+    if (io.KeyCtrl) {
+      if (pressed(GLFW_KEY_Z)) camera_ = history_.undo().value_or(camera_);
+      if (pressed(GLFW_KEY_Y)) camera_ = history_.redo().value_or(camera_);
+      return;
+    }
+    if (pressed(GLFW_KEY_G)) panels_.asks_place = true;
+    if (pressed(GLFW_KEY_L)) panels_.shows_layers = !panels_.shows_layers;
+    if (pressed(GLFW_KEY_SPACE)) controls_.walks = !controls_.walks;
+    if (pressed(GLFW_KEY_HOME)) see_all();
+    if (pressed(GLFW_KEY_B))
+      panels_.bookmarks.push_back(
+          {"view " + std::to_string(panels_.bookmarks.size() + 1), camera_});
+    if (pressed(GLFW_KEY_P)) io.KeyShift ? save_path() : add_path_key();
+    read_look_keys();
+  }
+
+  void read_look_keys() {
+    Style& style = session_.style();
+    if (pressed(GLFW_KEY_N))
+      style.shading = static_cast<Shading>((static_cast<std::size_t>(style.shading) + 1) %
+                                           kShadingNames.size());
+    if (pressed(GLFW_KEY_C)) style.contour_interval_m = style.contour_interval_m > 0.0 ? 0.0 : 20.0;
+    if (pressed(GLFW_KEY_X)) style.has_edges = !style.has_edges;
+    auto& looks = session_.looks();
+    for (int i = 0; i < 9; ++i)
+      if (pressed(GLFW_KEY_1 + i) && static_cast<std::size_t>(i) < looks.size())
+        looks[static_cast<std::size_t>(i)].is_visible =
+            !looks[static_cast<std::size_t>(i)].is_visible;
+    if (pressed(GLFW_KEY_TAB) && looks.size() > 1) {
+      const bool last = looks.back().is_visible;
+      looks.back().is_visible = !last;
+      looks[looks.size() - 2].is_visible = last;
+    }
+  }
+
+  void see_all() {
+    const SceneBox box = box_of(session_.layers());
+    camera_ = seeing_all(camera_, box.lowest, box.highest, double(width_) / height_);
+  }
+
+  /// One entry of the history for each move: when the camera has come to rest.
+  void remember_move() {
+    if (camera_ == resting_) {
+      if (++still_frames_ == 20) history_.add(camera_);
+    } else {
+      still_frames_ = 0;
+      resting_ = camera_;
+    }
+  }
+
+  void add_path_key() {
+    const double time = path_.keys.empty() ? 0.0 : path_.keys.back().time_s + kPathStepSeconds;
+    path_.keys.push_back({time, camera_});
+    panels_.message = std::to_string(path_.keys.size()) + " views in the path; Shift+P saves it";
+  }
+
+  void save_path() {
+    if (path_.keys.empty()) return;
+    const std::string name = "cornice-path-" + stamp() + ".json";
+    write_camera_path(name, path_);
+    panels_.message = "path written: " + name;
+    path_.keys.clear();
+  }
+
+  void save_picture() {
+    wants_picture_ = false;
+    const std::string name = "cornice-" + stamp();
+    try {
+      write_picture(name + ".png", read_picture(canvas_->shown));
+      write_camera(name + ".json", drawn_camera_);
+      panels_.message = "picture written: " + name + ".png";
+    } catch (const Error& error) {
+      panels_.message = error.what();
+    }
+  }
+
+  static std::string stamp() {
+    const std::time_t now = std::time(nullptr);
+    std::array<char, 32> text{};
+    std::strftime(text.data(), text.size(), "%Y%m%d-%H%M%S", std::localtime(&now));
+    return text.data();
+  }
+
+  void open_file(const char* path) {
+    try {
+      session_.add_layer(path);
+      panels_.message = std::string("opened ") + path;
+    } catch (const Error& error) {
+      panels_.message = error.what();
+    }
+  }
+
+  void toggle_full_screen() {
+    if (glfwGetWindowMonitor(window_.get()) != nullptr) {
+      glfwSetWindowMonitor(window_.get(), nullptr, 60, 60, windowed_width_, windowed_height_, 0);
+      return;
+    }
+    GLFWmonitor* monitor = glfwGetPrimaryMonitor();
+    if (monitor == nullptr) return;
+    glfwGetWindowSize(window_.get(), &windowed_width_, &windowed_height_);
+    const GLFWvidmode* mode = glfwGetVideoMode(monitor);
+    glfwSetWindowMonitor(window_.get(), monitor, 0, 0, mode->width, mode->height,
+                         mode->refreshRate);
+  }
+
+  const Options& options_;
+  Report& report_;
+  WindowSystem window_;
+  Session session_;
+  std::unique_ptr<Canvas> canvas_;
+  Controls controls_;
+  CameraHistory history_;
+  PanelState panels_;
+  CameraPath path_;
+  Camera camera_, drawn_camera_, resting_;
+  int still_frames_ = 0;
+  int width_ = 0, height_ = 0, windowed_width_ = 1280, windowed_height_ = 720;
+  double cursor_x_ = 0.0, cursor_y_ = 0.0;
+  bool wants_picture_ = false;
+  std::array<bool, GLFW_KEY_LAST + 1> was_down_{};
+  std::uint64_t frames_ = 0;
+};
+
+}  // namespace
+
+void run_window(const Options& options, Report& report) {
+  for (const auto& file : options.files) report.add_input(file);
+  WindowApp app(options, report);
+  app.run();
+}
+
+}  // namespace cornice::viewer
