@@ -144,8 +144,8 @@ def point_pictures(plan):
 
 # Of cornice-compare's pictures those that say most: (file, caption).
 COMPARED = (("difference.png", "Height of the mesh above the elevation model, metres"),
-            ("distance_B.png", "Distance of the mesh from the elevation model: walls show here"),
-            ("overhangs_B.png", "Overhangs, which an elevation model cannot hold"))
+            ("distance_b.png", "Distance of the mesh from the elevation model: walls show here"),
+            ("overhangs_b.png", "Overhangs, which an elevation model cannot hold"))
 
 
 def comparison(plan, found):
