@@ -46,7 +46,7 @@ Oriented pcl_viewpoint(const PeerInput& input, double height_m);
 /// CloudCompare orients in the same way.
 Oriented spanning_tree(const PeerInput& input);
 
-/// The formulas of the thesis this project follows (DESIGN.md): beam from the azimuth across the
+/// The formulas of Li 2024 (thesis, Sorbonne Université), 5.1.2: beam from the azimuth across the
 /// line and the recorded scan angle; settled where |n.b| > 0.25 - 2 (1 - q), or, with `plus`,
 /// > 0.25 + 2 (1 - q); then votes of settled neighbours with |n_i . n_j| > 1.35 - q until nothing
 /// changes.

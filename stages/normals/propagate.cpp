@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Step (7) of section 5.1.2 of the thesis this project follows (DESIGN.md), with support ranked
-// over all points and with agreement across the chord instead of the product of two normals.
+// Li 2024, "Multi-scale simplification and visualization of large 3D models" (thesis, Sorbonne
+// Université), 5.1.2, step (7), with support ranked over all points and with agreement across the
+// chord instead of the product of two normals.
 #include "stages/normals/propagate.h"
 
 #include <algorithm>
