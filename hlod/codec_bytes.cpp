@@ -82,27 +82,25 @@ std::uint32_t BlockReader::number() {
 
 std::int32_t BlockReader::signed_number() { return static_cast<std::int32_t>(unzigzag(number())); }
 
-void BlockReader::stream(std::span<std::uint8_t> bytes) {
+bool BlockReader::stream(std::span<std::uint8_t> bytes) {
   const std::uint32_t head = number();
   const std::size_t size = head >> 2;
-  if (!ok_ || size > rest_.size()) {
-    fail();
-  } else if ((head & 3) == kPlain && size == bytes.size()) {
-    std::memcpy(bytes.data(), rest_.data(), size);
-    rest_ = rest_.subspan(size);
-    return;
-  } else if ((head & 3) == kZstd) {
-    const std::size_t got =
-        ZSTD_decompressDCtx(decompressor(), bytes.data(), bytes.size(), rest_.data(), size);
-    if (!ZSTD_isError(got) && got == bytes.size()) {
+  if (ok_ && size <= rest_.size()) {
+    if ((head & 3) == kPlain && size == bytes.size()) {
+      std::memcpy(bytes.data(), rest_.data(), size);
       rest_ = rest_.subspan(size);
-      return;
+      return true;
     }
-    fail();
-  } else if (head != kZeros) {
-    fail();
+    if ((head & 3) == kZstd) {
+      const std::size_t got =
+          ZSTD_decompressDCtx(decompressor(), bytes.data(), bytes.size(), rest_.data(), size);
+      rest_ = rest_.subspan(size);
+      if (!ZSTD_isError(got) && got == bytes.size()) return true;
+    }
   }
+  if (head != kZeros) fail();
   std::fill(bytes.begin(), bytes.end(), std::uint8_t{0});
+  return false;
 }
 
 }  // namespace cornice::hlod

@@ -30,8 +30,8 @@ class BlockReader {
   explicit BlockReader(std::span<const std::byte> block) : rest_(block) {}
   std::uint32_t number();
   std::int32_t signed_number();
-  /// Fills `bytes`.
-  void stream(std::span<std::uint8_t> bytes);
+  /// Fills `bytes`; false where all of them are 0.
+  bool stream(std::span<std::uint8_t> bytes);
   bool ok() const { return ok_; }
   bool at_end() const { return rest_.empty(); }
 

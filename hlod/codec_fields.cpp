@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "hlod/codec_fields.h"
 
+#include <algorithm>
+
 #include "hlod/octahedral.h"
 
 namespace cornice::hlod {
@@ -91,14 +93,12 @@ void write_codes(BlockWriter& block, std::span<const std::uint32_t> codes, int b
 
 void read_codes(BlockReader& block, std::span<std::uint32_t> codes, int bits) {
   std::vector<std::uint8_t> plane(codes.size());
-  for (int shift = 0; shift < bits; shift += 8) {
-    block.stream(plane);
-    if (shift == 0) {
-      for (std::size_t i = 0; i < codes.size(); ++i) codes[i] = plane[i];
-    } else {
-      for (std::size_t i = 0; i < codes.size(); ++i) {
-        codes[i] |= static_cast<std::uint32_t>(plane[i]) << shift;
-      }
+  block.stream(plane);
+  std::copy(plane.begin(), plane.end(), codes.begin());
+  for (int shift = 8; shift < bits; shift += 8) {
+    if (!block.stream(plane)) continue;
+    for (std::size_t i = 0; i < codes.size(); ++i) {
+      codes[i] |= static_cast<std::uint32_t>(plane[i]) << shift;
     }
   }
 }

@@ -9,6 +9,7 @@
 //   - x --- y -       .
 #include "hlod/codec_walk.h"
 
+#include <algorithm>
 #include <cassert>
 
 namespace cornice::hlod {
@@ -117,42 +118,54 @@ class Front {
 std::uint32_t next_of(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
 std::uint32_t previous_of(std::uint32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
 
+/// A half-edge in the list of the lower of its two vertices.
+struct ListedEdge {
+  std::uint32_t half_edge;
+  std::uint16_t higher;
+  bool is_upward;  ///< from the lower vertex to the higher
+};
+
+/// Pairs the half-edges between the same two vertices where they are one of each direction.
+void match_list(std::span<const ListedEdge> list, std::vector<std::uint32_t>& twin) {
+  for (std::size_t e = 0; e < list.size(); ++e) {
+    std::size_t other = list.size();
+    bool is_first = true;
+    int users = 0;
+    for (std::size_t f = 0; f < list.size(); ++f) {
+      if (list[f].higher != list[e].higher) continue;
+      ++users;
+      is_first = is_first && f >= e;
+      if (f != e) other = f;
+    }
+    if (users != 2 || !is_first || list[e].is_upward == list[other].is_upward) continue;
+    twin[list[e].half_edge] = list[other].half_edge;
+    twin[list[other].half_edge] = list[e].half_edge;
+  }
+}
+
 /// The half-edge on the other side of each; kNone where an edge has not exactly one of each
 /// direction.
 std::vector<std::uint32_t> match_twins(std::span<const SmallTriangle> triangles,
                                        std::size_t vertex_count) {
-  const auto corner = [&](std::uint32_t h) { return triangles[h / 3][h % 3]; };
-  const std::uint32_t half_edges = static_cast<std::uint32_t>(3 * triangles.size());
-  std::vector<std::uint32_t> begin(vertex_count + 1, 0);
+  std::vector<std::uint32_t> begin(vertex_count + 2, 0);
   for (const SmallTriangle& t : triangles) {
-    for (const std::uint16_t v : t) ++begin[v + 1u];
+    ++begin[std::min(t[0], t[1]) + 2u];
+    ++begin[std::min(t[1], t[2]) + 2u];
+    ++begin[std::min(t[2], t[0]) + 2u];
   }
-  for (std::size_t v = 0; v < vertex_count; ++v) begin[v + 1] += begin[v];
-  struct Out {
-    std::uint32_t half_edge;
-    std::uint16_t to;
-  };
-  std::vector<Out> out(half_edges);
-  std::vector<std::uint32_t> fill(begin.begin(), begin.end() - 1);
-  for (std::uint32_t h = 0; h < half_edges; ++h) {
-    out[fill[corner(h)]++] = {h, corner(next_of(h))};
-  }
-  const auto only = [&](std::uint16_t from, std::uint16_t to) {
-    std::uint32_t found = kNone;
-    for (std::uint32_t e = begin[from]; e < begin[from + 1u]; ++e) {
-      if (out[e].to != to) continue;
-      if (found != kNone) return kNone;
-      found = out[e].half_edge;
+  for (std::size_t v = 2; v < begin.size(); ++v) begin[v] += begin[v - 1];
+  // begin[v + 1] moves from the beginning of v's list to its end while the list is filled.
+  std::vector<ListedEdge> edges(3 * triangles.size());
+  std::uint32_t half_edge = 0;
+  for (const SmallTriangle& t : triangles) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::uint16_t from = t[c], to = t[c == 2 ? 0 : c + 1];
+      edges[begin[std::min(from, to) + 1u]++] = {half_edge++, std::max(from, to), from < to};
     }
-    return found;
-  };
-  std::vector<std::uint32_t> twin(half_edges, kNone);
-  for (std::uint32_t h = 0; h < half_edges; ++h) {
-    const std::uint16_t from = corner(h), to = corner(next_of(h));
-    if (from >= to) continue;  // the other of the two does the work
-    const std::uint32_t back = only(to, from);
-    if (back == kNone || only(from, to) == kNone) continue;
-    twin[h] = back, twin[back] = h;
+  }
+  std::vector<std::uint32_t> twin(edges.size(), kNone);
+  for (std::size_t v = 0; v < vertex_count; ++v) {
+    match_list(std::span(edges).subspan(begin[v], begin[v + 1] - begin[v]), twin);
   }
   return twin;
 }

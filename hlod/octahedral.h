@@ -34,7 +34,7 @@ inline Vec3f decode_octahedral(std::array<std::int16_t, 2> packed, int bits) {
 inline std::array<double, 2> octahedral_point(Vec3d n) {
   const double sum = std::abs(n.x) + std::abs(n.y) + std::abs(n.z);
   if (!(sum > 0.0)) return {0.0, 0.0};
-  const double x = n.x / sum, y = n.y / sum;
+  const double scale = 1.0 / sum, x = n.x * scale, y = n.y * scale;
   if (n.z >= 0.0) return {x, y};
   return {std::copysign(1.0 - std::abs(y), x), std::copysign(1.0 - std::abs(x), y)};
 }
@@ -43,8 +43,11 @@ inline std::array<double, 2> octahedral_point(Vec3d n) {
 inline std::array<std::int16_t, 2> round_octahedral(Vec3d n, int bits) {
   const auto [x, y] = octahedral_point(n);
   const double limit = octahedral_limit(bits);
-  return {static_cast<std::int16_t>(std::floor(x * limit + 0.5)),
-          static_cast<std::int16_t>(std::floor(y * limit + 0.5))};
+  // By way of a positive number: floor() is a call where it is not an instruction.
+  const auto rounded = [](double value) {
+    return static_cast<std::int16_t>(static_cast<std::int32_t>(value + 65536.5) - 65536);
+  };
+  return {rounded(x * limit), rounded(y * limit)};
 }
 
 /// The pair whose unit vector is nearest to n; n need not be of unit length, zero counts as up.
