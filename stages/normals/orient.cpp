@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// After Li 2024, "Multi-scale simplification and visualization of large 3D models" (thesis, Sorbonne
-// Université), 5.1.2, steps (5) and (6), with the beams of the whole neighbourhood instead of the
-// point's own alone.
+// After Li 2024, "Multi-scale simplification and visualization of large 3D models" (thesis,
+// Sorbonne Université), 5.1.2, steps (5) and (6), with the beams of the whole neighbourhood instead
+// of the point's own alone.
 #include "stages/normals/orient.h"
 
 #include <algorithm>
