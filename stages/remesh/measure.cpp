@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "stages/remesh/measure.h"
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -49,6 +50,25 @@ class Forth {
   }
 
   Found run(int threads) const {
+    Found found = run_on_triangles(threads);
+    for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
+      if (mesh_.error[t] <= limits_.bound_m) {
+        found.add(mesh_.error[t] * mesh_.error[t], limits_.bound_m);
+        continue;
+      }
+      // What has been mended may lie nearer to another triangle than to the one it hangs on.
+      for (std::uint32_t s = mesh_.sample_first[t]; s < mesh_.sample_first[t + 1]; ++s) {
+        const std::uint32_t id = mesh_.samples[s];
+        look(input_.positions()[id], input_.triangle_at(id), {t, t, t}, found);
+      }
+    }
+    return found;
+  }
+
+ private:
+  using Three = std::array<std::uint32_t, 3>;
+
+  Found run_on_triangles(int threads) const {
     return parallel_reduce(
         input_.triangles().size(), kGrain, threads, Found{},
         [&](std::size_t begin, std::size_t end) {
@@ -59,10 +79,9 @@ class Forth {
         [](Found& all, Found& part) { all.add(part); });
   }
 
- private:
   void look(std::uint32_t t, Found& found) const {
     const Triangle& c = input_.triangles()[t];
-    const std::uint32_t at[3] = {carrier_[c[0]], carrier_[c[1]], carrier_[c[2]]};
+    const Three at{carrier_[c[0]], carrier_[c[1]], carrier_[c[2]]};
     if (at[0] == at[1] && at[1] == at[2]) return;
     const bool changed = std::any_of(std::begin(at), std::end(at), [&](std::uint32_t carrier) {
       return carrier != Reference::kNoTriangle && mesh_.changed[carrier] != 0;
@@ -79,7 +98,7 @@ class Forth {
     look((p[0] + p[1] + p[2]) / 3.0f, t, at, found);
   }
 
-  void look(Vec3f p, std::uint32_t t, const std::uint32_t (&at)[3], Found& found) const {
+  void look(Vec3f p, std::uint32_t t, const Three& at, Found& found) const {
     const float enough_sq = limits_.enough_m * limits_.enough_m;
     NearestPoint best;
     for (const std::uint32_t carrier : at) {
@@ -149,7 +168,6 @@ Distances measure_distances(const WorkMesh& mesh, const Reference& input,
                             const MeasureLimits& limits, int threads) {
   Distances distances;
   Found forth = Forth(mesh, input, limits, threads).run(threads);
-  for (const float e : mesh.error) forth.add(e * e, limits.bound_m);
   const std::vector<std::uint32_t> twins =
       match_half_edges(mesh.triangles, mesh.positions.size(), threads);
   Found back = parallel_reduce(
