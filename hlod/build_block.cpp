@@ -5,6 +5,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <utility>
 
 #include "hlod/octahedral.h"
 #include "hlod/partition.h"
@@ -193,7 +194,11 @@ void BlockBuilder::average() {
 }
 
 void BlockBuilder::make_parents(BlockResult& result) {
-  for (std::uint32_t p = 0; p < parent_keys_.size(); ++p) result.parents.push_back(make_parent(p));
+  for (std::uint32_t p = 0; p < parent_keys_.size(); ++p) {
+    BuildCell cell = make_parent(p);
+    // Of what is as small as a step of the lattice nothing is left, and no cell either.
+    if (!cell.triangles.empty()) result.parents.push_back(std::move(cell));
+  }
 }
 
 BuildCell BlockBuilder::make_parent(std::uint32_t parent) {

@@ -14,7 +14,7 @@ void PartMaker::add_parts(const BuildCell& cell, std::span<const std::uint32_t> 
   parent_stamp_.resize(std::max(parent_stamp_.size(), parent_data.size()), 0);
   std::size_t begin = 0;
   std::uint16_t number = 0;
-  do {
+  while (begin < cell.triangles.size()) {
     FinishedPart part;
     part.mesh.key = cell.key;
     begin = take_part(cell, begin, part.mesh);
@@ -22,7 +22,7 @@ void PartMaker::add_parts(const BuildCell& cell, std::span<const std::uint32_t> 
     part.node = make_node(part.mesh, cell.error_m, cell.step_error_m);
     part.node.part = number++;
     parts.push_back(std::move(part));
-  } while (begin < cell.triangles.size());
+  }
 }
 
 /// Takes triangles from `begin` on until the part is full; returns where the next part begins.

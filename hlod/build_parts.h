@@ -20,7 +20,7 @@ struct FinishedPart {
 /// Turns cells into parts; keeps its memory. Thread contract: one thread at a time.
 class PartMaker {
  public:
-  /// The parts of a cell, in the order of its triangles; one where it is empty. `parents` names
+  /// The parts of a cell, in the order of its triangles; none where it is empty. `parents` names
   /// for each of the cell's vertices one of `parent_data`; empty for a root.
   void add_parts(const BuildCell& cell, std::span<const std::uint32_t> parents,
                  std::span<const CellVertex> parent_data, std::vector<FinishedPart>& parts);

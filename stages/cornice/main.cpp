@@ -28,7 +28,7 @@ struct StageLine {
 };
 
 // In the order in which data passes through them.
-constexpr std::array<StageLine, 12> kStages{{
+constexpr std::array<StageLine, 13> kStages{{
     {"run", "takes a survey through every stage, by a configuration"},
     {"simulate", "flies a scanner over an analytic scene: LAZ tiles and their truth"},
     {"info", "says what is in a LAS, LAZ, COPC, PLY or GeoTIFF file"},
@@ -40,6 +40,7 @@ constexpr std::array<StageLine, 12> kStages{{
     {"remesh", "makes few, well-shaped triangles that stay close to a mesh"},
     {"stitch", "makes the mesh tiles of a survey share their border vertices"},
     {"dem", "makes meshes of DEM tiles, or a raster of meshes"},
+    {"hlod", "builds hierarchies of levels of detail, and says what is in them"},
     {"compare", "measures how two surfaces of one place differ"},
 }};
 
