@@ -130,7 +130,11 @@ class Levels {
  public:
   Levels(std::vector<Grid>& grids, const std::vector<SampleLevel>& samples,
          const SolveOptions& options)
-      : grids_(grids), samples_(samples), options_(options), screening_(grids.size()) {}
+      : grids_(grids),
+        samples_(samples),
+        options_(options),
+        screening_(grids.size()),
+        passes_(grids.size()) {}
 
   LevelReport solve(int level) {
     Grid& grid = grids_[at(level)];
@@ -142,8 +146,9 @@ class Levels {
     if (level < kFirstWhole) correct(level);
     const Residual left = residual(grid, *screening_[at(level)], options_.threads);
     return {std::ldexp(options_.lattice.step_m, level), grid.bricks.size(), count_active(grid),
-            left.zero > 0.0 ? left.left / left.zero : 0.0};
+            left.zero > 0.0 ? left.left / left.zero : 0.0, 0};
   }
+  int passes(std::size_t level) const { return passes_[level]; }
 
  private:
   static std::size_t at(int level) { return static_cast<std::size_t>(level); }
@@ -151,8 +156,9 @@ class Levels {
     return views(std::span(grids_).subspan(at(level + 1)));
   }
   void relax_level(int level, const std::vector<float>& right_side) {
-    relax(grids_[at(level)], right_side, *screening_[at(level)],
-          options_.relaxations * (grids_[at(level)].whole ? kWholeFactor : 1), options_.threads);
+    const int passes = options_.relaxations * (grids_[at(level)].whole ? kWholeFactor : 1);
+    relax(grids_[at(level)], right_side, *screening_[at(level)], passes, options_.threads);
+    passes_[at(level)] += passes;
   }
   void correct(int finest) {
     for (int l = finest; l < kFirstWhole; ++l)
@@ -170,6 +176,7 @@ class Levels {
   const std::vector<SampleLevel>& samples_;
   const SolveOptions& options_;
   std::vector<std::optional<Screening>> screening_;
+  std::vector<int> passes_;
 };
 
 /// Weighted mean of the field at the finest samples.
@@ -264,6 +271,7 @@ Solution solve_poisson(const OrientedPoints& points, const Box3d& domain,
       check_cancelled(progress);
       report.levels[l] = levels.solve(static_cast<int>(l));
     }
+    for (std::size_t l = 0; l < grids.size(); ++l) report.levels[l].passes = levels.passes(l);
     for (Grid& grid : grids) {
       std::vector<float>().swap(grid.constraints);
       std::vector<float>().swap(grid.right_side);

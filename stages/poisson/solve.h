@@ -31,7 +31,8 @@ struct LevelReport {
   double spacing_m = 0.0;
   std::uint64_t bricks = 0;
   std::uint64_t unknowns = 0;
-  double residual = 0.0;  ///< of the solution, over that of zero; both root mean squares
+  double residual = 0.0;  ///< when first solved, over that of zero; both root mean squares
+  int passes = 0;         ///< of relaxation, in all
 };
 
 struct StepSeconds {
