@@ -12,6 +12,8 @@ namespace {
 
 /// Barycentric coordinates below this are zero: the foot lies on an edge or in a corner.
 constexpr float kOnEdge = 1e-6f;
+/// Triangles that a guess may be walked along; samples that follow each other lie near each other.
+constexpr int kMostSteps = 16;
 
 /// The place of a triangle nearest to p, relative to `a`, in double and without cross terms that
 /// cancel: the float search loses millimetres on triangles a hundred times as long as wide, the
@@ -98,6 +100,30 @@ Vec3f DistanceField::normal(std::uint32_t triangle) const {
   return is_cloud() ? Vec3f{0.0f, 0.0f, 1.0f} : tree_.normal(triangle);
 }
 
+std::uint32_t DistanceField::nearer(Vec3f p, std::uint32_t triangle) const {
+  if (is_cloud()) return triangle;
+  const auto distance_sq = [&](std::uint32_t t) {
+    const Triangle& c = tree_.triangles()[t];
+    const std::vector<Vec3f>& positions = tree_.positions();
+    return nearest_on_triangle(p, positions[c[0]], positions[c[1]], positions[c[2]]).distance_sq;
+  };
+  float nearest_sq = distance_sq(triangle);
+  std::uint32_t from = kNoTwin;
+  for (int step = 0; step < kMostSteps; ++step) {
+    const std::uint32_t here = triangle;
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::uint32_t twin = twins_[3 * here + k];
+      if (twin >= kNoTwin || twin / 3 == from) continue;
+      const float other_sq = distance_sq(twin / 3);
+      if (!(other_sq < nearest_sq)) continue;
+      nearest_sq = other_sq, triangle = twin / 3;
+    }
+    if (triangle == here) break;
+    from = here;
+  }
+  return triangle;
+}
+
 DistanceField::Exact DistanceField::exact_at(Vec3d p, std::uint32_t triangle) const {
   const Triangle& corners = tree_.triangles()[triangle];
   const auto position = [&](std::size_t k) { return tree_.positions()[corners[k]].cast<double>(); };
@@ -109,7 +135,7 @@ DistanceField::Exact DistanceField::exact_at(Vec3d p, std::uint32_t triangle) co
 Foot DistanceField::at(Vec3f p, float max_distance_m, std::uint32_t guess) const {
   NearestQuery query;
   query.max_distance_sq = max_distance_m * max_distance_m;
-  query.guess = guess;
+  query.guess = guess < tree_.triangles().size() ? nearer(p, guess) : guess;
   const NearestPoint nearest = tree_.nearest(p, query);
   Foot foot;
   if (!nearest.found()) return foot;

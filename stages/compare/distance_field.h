@@ -41,6 +41,9 @@ class DistanceField {
     float weights[3];  ///< barycentric, of that place
   };
   Exact exact_at(Vec3d p, std::uint32_t triangle) const;
+  /// Walks over edges as long as that comes nearer: a search that starts from a near triangle has
+  /// few boxes to open.
+  std::uint32_t nearer(Vec3f p, std::uint32_t triangle) const;
   /// The normal that decides on the sign, not unit; sets `on_border` where the surface ends.
   Vec3f pseudonormal(std::uint32_t triangle, const float (&weight)[3], bool& on_border) const;
 

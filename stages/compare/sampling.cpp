@@ -12,7 +12,7 @@
 namespace cornice::compare {
 namespace {
 
-constexpr std::size_t kGrain = 16384;
+constexpr std::size_t kGrain = 4096;
 constexpr double kStepU = 0.7548776662466927;
 constexpr double kStepV = 0.5698402909980532;
 constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
@@ -72,7 +72,7 @@ std::vector<Measured> measure_samples(const Surface& from, const DistanceField& 
         const Vec3d at = from.origin + sample.position.cast<double>();
         if (!wanted(at.x, at.y)) continue;
         const Foot foot = field.at(sample.position, max_m, guess);
-        guess = foot.triangle;
+        if (foot.found()) guess = foot.triangle;
         // A cloud has no shape of its own; what it is measured from has.
         const Vec3f normal = is_cloud && foot.found() ? field.normal(foot.triangle) : sample.normal;
         const bool hangs = is_cloud ? normal.z < 0.0f : !overhang.empty() && overhang[i] != 0;
@@ -100,7 +100,7 @@ std::vector<float> measure_vertices(const Surface& from, const DistanceField& fi
       const Vec3d at = from.origin + from.positions[v].cast<double>();
       if (!wanted(at.x, at.y)) continue;
       const Foot foot = field.at(from.positions[v], max_m, guess);
-      guess = foot.triangle;
+      if (foot.found()) guess = foot.triangle;
       distances[v] = usable(foot);
     }
   });
