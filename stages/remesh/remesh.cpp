@@ -23,11 +23,13 @@ constexpr double kQuadricShare = 0.5;
 constexpr float kDecimationShare = 0.6f;
 /// What anything may use at the places that are looked at while the mesh changes; the rest is for
 /// places between them.
-constexpr float kGuardShare = 0.85f;
+constexpr float kGuardShare = 0.78f;
 /// Distances below this share of the bound are not told apart.
 constexpr float kEnoughShare = 0.5f;
 /// Above this share places on other sheets are looked for, too.
 constexpr float kSearchShare = 0.9f;
+/// What is farther is repaired; the rest of the bound is for places between those looked at.
+constexpr float kRepairShare = 0.87f;
 constexpr int kMostRepairs = 8;
 /// Beginnings anew with more of the input kept as it is.
 constexpr int kMostAttempts = 4;
@@ -36,7 +38,7 @@ constexpr int kMostAttempts = 4;
 constexpr float kGuardSpacing = 1.2f;
 constexpr float kSmall = 1.5f;
 constexpr float kDoubt = 0.4f;
-constexpr float kFinalSpacing = 0.75f;
+constexpr float kFinalSpacing = 0.45f;
 /// Largest number of triangles of a patch to aim at: half-edges and boxes stay in the second-level
 /// cache.
 constexpr double kPatchTriangles = 60000.0;
@@ -234,7 +236,7 @@ class Remeshing {
   /// Measures, and cuts what leaves the bound, while that helps. Returns what is left.
   std::vector<Offence> repair(const Reference& reference) {
     const MeasureLimits limits{kEnoughShare * sizes_.error_m, kSearchShare * sizes_.error_m,
-                               sizes_.error_m, kFinalSpacing * spacing_};
+                               kRepairShare * sizes_.error_m, kFinalSpacing * spacing_};
     figures_.sample_spacing_m = static_cast<double>(limits.spacing_m);
     float kept = 0.0f;
     std::size_t before = std::numeric_limits<std::size_t>::max();
