@@ -84,7 +84,7 @@ class Pipeline(unittest.TestCase):
         cls.addClassCleanup(shutil.rmtree, cls.base)
         flown = run(program("cornice-simulate"), os.path.join(ROOT, "samples/scenes/pass.yaml"),
                     "-o", os.path.join(cls.base, "survey"), "--product", "lidarhd", "--tiles", "3x2",
-                    "--tile-size", "40", "--density", "8", "--truth", "none", "--truth-dem-step", "0")
+                    "--tile-size", "40", "--density", "8", "--truth", "none", "--truth-dem-step", "1")
         if flown.returncode != 0:
             raise RuntimeError(flown.stderr)
         cls.names = sorted(name for name in os.listdir(os.path.join(cls.base, "survey"))
@@ -148,7 +148,9 @@ class Pipeline(unittest.TestCase):
                       *(os.path.join(self.output, "mesh", name) for name in self.meshes()))
         self.assertEqual(checked.returncode, 0, checked.stderr)
 
-    def test_makes_one_seamless_mesh_and_a_report(self):
+    def test_makes_one_seamless_mesh_a_comparison_and_a_report(self):
+        with open(self.config, "a", encoding="utf-8") as file:
+            file.write(f"dem: {{files: ['{self.base}/survey/truth/*.tif']}}\n")
         code, text = self.process()
         self.assertEqual((code, self.errors(text)), (0, []), text)
         self.assertEqual(len(self.meshes()), 6)
@@ -156,9 +158,15 @@ class Pipeline(unittest.TestCase):
         self.remember(self.contents())
         with open(os.path.join(self.output, "report.html"), encoding="utf-8") as file:
             page = file.read()
-        self.assertEqual(page.count("<img "), 5)
-        for wanted in ("mesh", "survey.hlod", "lines.gpkg"):
+        self.assertGreaterEqual(page.count("<img "), 7)
+        for wanted in ("mesh", "survey.hlod", "lines.gpkg", "dem", "compare/index.html"):
             self.assertTrue(os.path.exists(os.path.join(self.output, wanted)), wanted)
+        with open(os.path.join(self.output, "reports", "compare", "survey.json"),
+                  encoding="utf-8") as file:
+            compared = json.load(file)
+        # The simulated points have 3 cm of noise; the model has one height a pixel of 1 m.
+        self.assertLess(compared["quality"]["vertical_nmad_m"], 0.1)
+        self.assertGreater(compared["counts"]["pixels"], 9000)
         self.assertNotIn("could not be drawn", page)
 
     def test_gives_the_same_bytes_with_one_thread_as_with_all(self):
@@ -323,7 +331,7 @@ class Pipeline(unittest.TestCase):
                             for words in programs)
             for key, schema in sections[section].get("properties", {}).items():
                 if (section, key) in (("normals", "noise"), ("normals", "classes"),
-                                      ("dem", "files")):
+                                      ("dem", "files"), ("hlod", "regions")):
                     continue
                 with self.subTest(f"{section}.{key}"):
                     on_by_default = f"--no-{key} " in known
