@@ -37,7 +37,8 @@ std::vector<Option> describe_solve(Command& c) {
              "that a cell must see for its level to be used; more is smoother")
           .above(0)
           .advanced(),
-      Option("relaxations", c.solve.relaxations, "passes over each level; time grows with it")
+      Option("relaxations", c.solve.relaxations,
+             "passes whenever a level is visited; time grows with it")
           .range(1, 1000)
           .advanced(),
   };
