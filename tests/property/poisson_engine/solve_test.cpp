@@ -103,6 +103,20 @@ TEST(SolvePoisson, IsZeroOnASphereNegativeInsideAndPositiveOutside) {
   EXPECT_GT(dot(normalized(read_field(field, kOrigin + n * 10.0)->gradient), n), 0.999);
 }
 
+// Screening alone would hold the surface in place; with little of it the levels must agree. Solved
+// one after the other, each coarse one drew the next towards its own surface: 75 mm.
+TEST(SolvePoisson, StaysOnASphereThatCoarseLevelsCannotHold) {
+  OrientedPoints points;
+  add(points, 6283, 0.0, 0, sphere(5.0));
+  SolveOptions options;
+  options.point_weight = 1.0;
+  options.threads = 2;
+  const Field field = solve_poisson(points, bounds(points), options, no_progress()).field;
+  const Accuracy got = accuracy(field, 500, 0.5, sphere(5.0));
+  EXPECT_EQ(got.found, 1.0);
+  EXPECT_LT(got.rms_m, 0.04);
+}
+
 TEST(SolvePoisson, ComesCloserToASphereWithASmallerStep) {
   OrientedPoints points;
   add(points, 200000, 0.0, 0, sphere(10.0));
