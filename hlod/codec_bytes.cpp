@@ -4,7 +4,6 @@
 #include <zstd.h>
 
 #include <algorithm>
-#include <cstring>
 #include <memory>
 #include <new>
 
@@ -87,7 +86,8 @@ bool BlockReader::stream(std::span<std::uint8_t> bytes) {
   const std::size_t size = head >> 2;
   if (ok_ && size <= rest_.size()) {
     if ((head & 3) == kPlain && size == bytes.size()) {
-      std::memcpy(bytes.data(), rest_.data(), size);
+      std::transform(rest_.begin(), rest_.begin() + static_cast<std::ptrdiff_t>(size),
+                     bytes.begin(), [](std::byte b) { return static_cast<std::uint8_t>(b); });
       rest_ = rest_.subspan(size);
       return true;
     }
