@@ -15,6 +15,7 @@
 #include "bench/cracks/subjects.h"
 #include "core/base/parallel.h"
 #include "core/base/random.h"
+#include "core/mesh/surface_distance.h"
 
 namespace {
 
@@ -44,6 +45,45 @@ hlod::Radii random_view(const hlod::Tree& tree, const std::vector<std::vector<fl
     hlod::hold_to_loaded(tree, random_residency(tree, random), eye, {}, radii);
   }
   return radii;
+}
+
+/// What is drawn now as a mesh in metres, relative to the lattice's origin.
+Mesh drawn_mesh(const CrackChecker& checker, hlod::FinePoint eye) {
+  const hlod::Lattice& lattice = checker.tree().lattice;
+  const auto step = static_cast<float>(lattice.step(lattice.finest_level));
+  Mesh mesh;
+  for (const auto& corners : checker.triangles()) {
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    for (const hlod::FinePoint p : corners)
+      mesh.positions.push_back(step * (p + eye).cast<float>());
+    mesh.triangles.push_back({first, first + 1, first + 2});
+  }
+  return mesh;
+}
+
+/// Largest two-sided distance of what is drawn to the finest level, as a share of the errors that
+/// the drawn cells (and their parents, which they may be morphed to) are stored with.
+double error_over_bound(const Hierarchy& hierarchy, std::uint64_t cameras, const Options& options) {
+  CrackChecker checker(hierarchy);
+  const hlod::Metric& metric = checker.tree().metric;
+  hlod::Radii finest;
+  for (std::size_t l = 0; l < finest.of.size(); ++l) finest.of[l] = std::int64_t{1} << 30 >> l;
+  hlod::settle(finest, metric);
+  checker.check({}, finest);
+  const Mesh truth = drawn_mesh(checker, {});
+  const TriangleTree truth_tree(truth.positions, truth.triangles, options.threads);
+  double worst = 0.0;
+  for (std::uint64_t i = 0; i < cameras; ++i) {
+    CounterRandom random(options.seed, 2, i);
+    const hlod::FinePoint eye = random_eye(checker.tree(), random);
+    checker.check(eye, random_radii(metric, random));
+    const Mesh mesh = drawn_mesh(checker, eye);
+    if (mesh.triangles.empty() || checker.error_bound_m() <= 0.0) continue;
+    const TriangleTree tree(mesh.positions, mesh.triangles, options.threads);
+    const double distance = measure_distance(tree, truth_tree, 0.5f, options.threads).hausdorff_m();
+    worst = std::max(worst, distance / checker.error_bound_m());
+  }
+  return worst;
 }
 
 struct Sum {
@@ -102,6 +142,7 @@ void measure(Settings settings, const Options& options, Result& result) {
                       options.seed, options.threads);
   }
   Drawn all;
+  double worst_error = 0.0;
   const std::uint64_t each = (settings.cameras + subjects.size() - 1) / subjects.size();
   for (const Subject& subject : subjects) {
     const Sum sum = look(subject.hierarchy, each, options);
@@ -118,11 +159,15 @@ void measure(Settings settings, const Options& options, Result& result) {
         static_cast<unsigned long long>(d.crowded_edges), sum.edge_share, sum.parent_share);
     std::fflush(stdout);
     result.figure("open_edges_" + subject.name, static_cast<double>(d.open_edges));
+    const double over = error_over_bound(subject.hierarchy, options.quick ? 4 : 25, options);
+    result.figure("error_over_bound_" + subject.name, over);
+    worst_error = std::max(worst_error, over);
     add(all, d);
   }
   result.figure("open_edges", static_cast<double>(all.open_edges));
   result.figure("level_jumps", static_cast<double>(all.level_jumps));
   result.figure("crowded_edges", static_cast<double>(all.crowded_edges));
+  result.figure("error_over_bound", worst_error);
   result.figure("cameras", static_cast<double>(each * subjects.size()));
   result.figure("vanished_share",
                 static_cast<double>(all.degenerate) /
