@@ -28,7 +28,7 @@ struct StageLine {
 };
 
 // In the order in which data passes through them.
-constexpr std::array<StageLine, 13> kStages{{
+constexpr std::array<StageLine, 14> kStages{{
     {"run", "takes a survey through every stage, by a configuration"},
     {"simulate", "flies a scanner over an analytic scene: LAZ tiles and their truth"},
     {"info", "says what is in a LAS, LAZ, COPC, PLY or GeoTIFF file"},
@@ -42,6 +42,7 @@ constexpr std::array<StageLine, 13> kStages{{
     {"dem", "makes meshes of DEM tiles, or a raster of meshes"},
     {"hlod", "builds hierarchies of levels of detail, and says what is in them"},
     {"compare", "measures how two surfaces of one place differ"},
+    {"viewer", "shows hierarchies in a window, or draws pictures of them"},
 }};
 
 bool is_stage(const std::string& name) {
