@@ -171,44 +171,25 @@ void Simplifier::add_plane_quadrics() {
 /// Follows the fan from triangle to triangle: one closed cycle is inside, one open chain is border.
 void Simplifier::classify() {
   Ring ring;
-  std::fill(marks_.begin(), marks_.end(), kNone);
   for (std::uint32_t u = 0; u < kinds_.size(); ++u) {
     kinds_[u] = Kind::kFixed;
     if (mesh_->locked[u] != 0 || fans_.of(u).size() >= kMaxRing || fans_.of(u).empty()) continue;
     gather(u, ring);
-    kinds_[u] = is_cycle(u, ring) ? Kind::kInside : (is_chain(ring) ? Kind::kBorder : Kind::kFixed);
+    const int first = ring.first();
+    const int start = std::max(first, 0);
+    int steps = 1;
+    std::uint32_t at = ring.prev[start];
+    for (; steps < ring.size; ++steps) {
+      int following = -1;
+      for (int i = 0; i < ring.size; ++i) following = ring.next[i] == at ? i : following;
+      if (following < 0 || following == start) break;
+      at = ring.prev[following];
+    }
+    const bool closed = at == ring.next[start];
+    if (steps != ring.size || closed != (first < 0) || (closed && ring.size < 3)) continue;
+    kinds_[u] = closed ? Kind::kInside : Kind::kBorder;
   }
-  std::fill(marks_.begin(), marks_.end(), 0);
   add_border_quadrics();
-}
-
-bool Simplifier::is_cycle(std::uint32_t u, const Ring& ring) {
-  if (ring.size < 3) return false;
-  const std::uint32_t mark = u * kMaxRing;
-  for (int i = 0; i < ring.size; ++i) {
-    marks_[ring.next[i]] = mark + static_cast<std::uint32_t>(i);
-  }
-  std::uint32_t at = 0;
-  for (int steps = 0; steps < ring.size; ++steps) {
-    const std::uint32_t following = marks_[ring.prev[at]] - mark;
-    if (following >= static_cast<std::uint32_t>(ring.size)) return false;
-    if (following == 0) return steps + 1 == ring.size;
-    at = following;
-  }
-  return false;
-}
-
-bool Simplifier::is_chain(const Ring& ring) const {
-  const int first = ring.first();
-  if (first < 0) return false;
-  int steps = 1;
-  for (std::uint32_t at = ring.prev[first]; steps < ring.size; ++steps) {
-    int following = -1;
-    for (int i = 0; i < ring.size; ++i) following = ring.next[i] == at ? i : following;
-    if (following < 0) break;
-    at = ring.prev[following];
-  }
-  return steps == ring.size;
 }
 
 void Simplifier::add_border_quadrics() {

@@ -94,8 +94,6 @@ class Simplifier {
   void prepare();
   void add_plane_quadrics();
   void classify();
-  bool is_cycle(std::uint32_t u, const Ring& ring);
-  bool is_chain(const Ring& ring) const;
   void add_border_quadrics();
   void gather(std::uint32_t u, Ring& ring) const;
   void locate(std::uint32_t u, Ring& ring) const;
