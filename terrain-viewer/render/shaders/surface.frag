@@ -33,7 +33,7 @@ vec3 natural(vec3 n, float height) {
   float steep = 1.0 - n.z;
   vec3 rock = mix(vec3(0.43, 0.40, 0.37), vec3(0.55, 0.52, 0.48), grain);
   vec3 scree = mix(vec3(0.56, 0.53, 0.48), vec3(0.64, 0.61, 0.56), grain);
-  vec3 grass = mix(vec3(0.30, 0.38, 0.19), vec3(0.42, 0.47, 0.25), grain);
+  vec3 grass = mix(vec3(0.33, 0.37, 0.24), vec3(0.42, 0.44, 0.30), grain);
   vec3 snow = mix(vec3(0.90, 0.92, 0.95), vec3(0.97, 0.98, 1.0), grain);
   float tree_line = frame.contours.z + 120.0 * (grain - 0.5);
   vec3 ground = mix(grass, scree, smoothstep(tree_line - 80.0, tree_line + 80.0, height));
