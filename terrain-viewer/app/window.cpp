@@ -28,7 +28,6 @@
 namespace cornice::viewer {
 namespace {
 
-constexpr double kNearM = 0.1;
 constexpr double kPathStepSeconds = 3.0;
 
 /// GLFW, its window and ImGui, from the first to the last.

@@ -56,6 +56,7 @@ Layer::Layer(const std::filesystem::path& path, std::uint32_t id, const CellStor
   parent_.assign(tree_.cells.size(), kNoParent);
   is_present_.assign(tree_.cells.size(), 0);
   is_loaded_.assign(tree_.cells.size(), 0);
+  nothing_.assign(tree_.cells.size(), 0);
   const hlod::Lattice& lattice = tree_.lattice;
   lowest_ = lattice.position(tree_.cells.front().lowest, lattice.finest_level);
   highest_ = lattice.position(tree_.cells.front().highest, lattice.finest_level);
@@ -90,8 +91,14 @@ Layer::Layer(const std::filesystem::path& path, std::uint32_t id, const CellStor
 }
 
 std::vector<std::uint32_t> Layer::needed(const hlod::Radii& radii) const {
-  const std::vector<std::uint8_t> nothing(tree_.cells.size(), 0);
-  return hlod::wanted_cells(tree_, nothing, radii, eye_, wider_);
+  return hlod::wanted_cells(tree_, nothing_, radii, eye_, wider_);
+}
+
+std::vector<std::uint32_t> Layer::missing_of(const std::vector<std::uint32_t>& need) const {
+  std::vector<std::uint32_t> missing;
+  for (const std::uint32_t c : need)
+    if (is_loaded_[c] == 0) missing.push_back(c);
+  return missing;
 }
 
 std::uint64_t Layer::bytes_of(const std::vector<std::uint32_t>& tree_cells) const {
@@ -132,6 +139,8 @@ void Layer::set_present(std::uint32_t tree_cell, bool is_present) {
     const std::uint8_t loaded =
         has_parent && (is_present_[c] != 0 || tree_.cells[c].parts == 0) ? 1 : 0;
     if (loaded == is_loaded_[c] && c != tree_cell) continue;
+    counts_.cells_loaded += loaded;
+    counts_.cells_loaded -= is_loaded_[c];
     is_loaded_[c] = loaded;
     for (std::uint32_t n = 0; n < tree_.cells[c].children; ++n)
       stack.push_back(tree_.cells[c].first_child + n);
@@ -203,8 +212,6 @@ void Layer::choose(GpuCells& cells, std::uint64_t frame) {
     }
   counts_.triangles = selection_.triangles;
   counts_.cells = static_cast<std::uint32_t>(selection_.cells.size());
-  counts_.cells_loaded =
-      static_cast<std::uint32_t>(std::count(is_loaded_.begin(), is_loaded_.end(), 1));
   counts_.share = share_;
   counts_.store = store_.counts();
 }
@@ -216,7 +223,7 @@ const DrawList& Layer::update(const LayerView& view, GpuCells& cells, std::uint6
   const hlod::Radii target = wanted_radii(view, cells.capacity_bytes());
   const auto need = needed(target);
   keep(need, cells, frame);
-  auto missing = hlod::wanted_cells(tree_, is_loaded_, target, eye_, wider_);
+  auto missing = missing_of(need);
   counts_.cells_missing = static_cast<std::uint32_t>(missing.size());
   if (missing.empty() && norm(view.velocity) > 0.0) {
     const hlod::FinePoint ahead =
@@ -245,7 +252,7 @@ bool Layer::settle(const LayerView& view, GpuCells& cells, std::uint64_t frame) 
   std::size_t missing_before = std::numeric_limits<std::size_t>::max();
   while (true) {
     keep(need, cells, frame);
-    const auto missing = hlod::wanted_cells(tree_, is_loaded_, target, eye_, wider_);
+    const auto missing = missing_of(need);
     counts_.cells_missing = static_cast<std::uint32_t>(missing.size());
     if (missing.empty() || missing.size() >= missing_before) break;
     missing_before = missing.size();

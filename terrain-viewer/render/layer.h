@@ -73,6 +73,7 @@ class Layer {
  private:
   hlod::Radii wanted_radii(const LayerView& view, std::uint64_t capacity_bytes);
   std::vector<std::uint32_t> needed(const hlod::Radii& radii) const;
+  std::vector<std::uint32_t> missing_of(const std::vector<std::uint32_t>& need) const;
   std::uint64_t bytes_of(const std::vector<std::uint32_t>& tree_cells) const;
   void stream(const std::vector<std::uint32_t>& missing, std::uint64_t upload_bytes,
               GpuCells& cells, std::uint64_t frame);
@@ -91,6 +92,7 @@ class Layer {
   std::vector<std::uint32_t> parent_;       ///< by index into the tree
   std::vector<std::uint8_t> is_present_;    ///< all parts are on the GPU
   std::vector<std::uint8_t> is_loaded_;     ///< present, and so are all ancestors
+  std::vector<std::uint8_t> nothing_;       ///< zeros: as if nothing were loaded
   std::vector<float> reaches_;
   double scale_ = 0.0;
   double share_ = 1.0;

@@ -11,6 +11,5 @@ extern const char* const kSurfaceFragment;
 extern const char* const kSkyVertex;
 extern const char* const kSkyFragment;
 extern const char* const kEdgesFragment;
-extern const char* const kCountFragment;
 
 }  // namespace cornice::viewer::shaders

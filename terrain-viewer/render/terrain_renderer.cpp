@@ -34,7 +34,6 @@ struct DrawCommand {
   std::uint32_t base_instance = 0;
 };
 
-constexpr double kNearM = 0.1;
 constexpr std::size_t kRampTexels = 256;
 /// Floats hold places within so many metres to some millimetres.
 constexpr double kNoisePeriodM = 65536.0;
@@ -142,7 +141,6 @@ struct TerrainRenderer::State {
   GlProgram surface = make_program("surface", shaders::kSurfaceVertex, shaders::kSurfaceFragment);
   GlProgram sky = make_program("sky", shaders::kSkyVertex, shaders::kSkyFragment);
   GlProgram edges = make_program("edges", shaders::kSurfaceVertex, shaders::kEdgesFragment);
-  GlProgram counting = make_program("count", shaders::kSurfaceVertex, shaders::kCountFragment);
   GlVertexArray array = make_vertex_array();
   GlBuffer frame = make_buffer(sizeof(FrameBlock));
   GlTexture ramp = make_ramp_texture();
@@ -293,18 +291,6 @@ void TerrainRenderer::place(const DrawList& list, const GpuCells& cells, std::si
   glDrawArraysInstancedBaseInstance(GL_POINTS, first, static_cast<GLsizei>(count), 1, 0);
   glEndTransformFeedback();
   glDisable(GL_RASTERIZER_DISCARD);
-}
-
-DrawCounts TerrainRenderer::count(const DrawList& list, const GpuCells& cells) {
-  state_->set_frame({}, {});
-  DrawCounts counts = state_->prepare(list, cells);
-  glEnable(GL_BLEND);
-  glBlendFunc(GL_ONE, GL_ONE);
-  glUseProgram(state_->counting.id());
-  state_->call(counts);
-  glDisable(GL_BLEND);
-  counts.calls = 1;
-  return counts;
 }
 
 }  // namespace cornice::viewer

@@ -57,8 +57,6 @@ class TerrainRenderer {
   /// floats each, metres from the eye, into a buffer: for tests of the shader itself. begin comes
   /// first.
   void place(const DrawList& list, const GpuCells& cells, std::size_t count, GLuint places);
-  /// Instead of colours adds 1 to every pixel for each time that it is drawn.
-  DrawCounts count(const DrawList& list, const GpuCells& cells);
 
  private:
   struct State;

@@ -12,6 +12,9 @@ namespace cornice::viewer {
 /// 4 x 4, columns first, as OpenGL takes it.
 using Matrix4 = std::array<float, 16>;
 
+/// What is nearer to the eye is not drawn, metres.
+inline constexpr double kNearM = 0.1;
+
 /// An eye without roll. Frame: x east, y north, z up, metres, projected CRS.
 struct Camera {
   Vec3d eye;

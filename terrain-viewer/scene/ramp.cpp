@@ -110,16 +110,6 @@ Ramp morph_ramp() {
           false};
 }
 
-Ramp overdraw_ramp(int high) {
-  return {"Times drawn",
-          "",
-          {{0.0, {15, 15, 30}},
-           {1.0, {60, 110, 180}},
-           {std::max(2.0, 0.4 * high), {250, 220, 110}},
-           {std::max(3.0, double(high)), {200, 30, 30}}},
-          false};
-}
-
 Colour level_colour(int level) {
   constexpr std::array<Colour, 8> kColours{{{215, 90, 80},
                                             {235, 165, 75},

@@ -43,8 +43,6 @@ Ramp difference_ramp(double high_m);
 Ramp source_ramp();
 /// From a vertex's parent (0) to the vertex itself (1).
 Ramp morph_ramp();
-/// How many times a pixel was drawn.
-Ramp overdraw_ramp(int high);
 
 /// A colour for each level of a hierarchy, neighbours apart.
 Colour level_colour(int level);

@@ -125,11 +125,6 @@ std::vector<std::string> CellStore::take_failures() {
   return std::exchange(state_->failures, {});
 }
 
-bool CellStore::has_failed(std::uint32_t row) const {
-  const std::lock_guard lock(state_->mutex);
-  return state_->failed.contains(row);
-}
-
 void CellStore::wait() {
   std::unique_lock lock(state_->mutex);
   state_->idle.wait(lock, [&] { return state_->wanted.empty() && state_->in_hand.empty(); });

@@ -42,7 +42,6 @@ class CellStore {
   std::shared_ptr<const PackedCell> find(std::uint32_t row);
   /// One message for each cell that could not be read since the last call.
   std::vector<std::string> take_failures();
-  bool has_failed(std::uint32_t row) const;
   /// Waits until nothing wanted is left to be read.
   void wait();
   CellStoreCounts counts() const;
