@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "bench/bench_json.h"
+#include "bench/value_noise.h"
 #include "core/base/memory.h"
 #include "core/base/parallel.h"
 #include "core/base/random.h"
@@ -17,26 +18,11 @@ namespace {
 using namespace cornice;
 using namespace cornice::bench;
 
-/// Smooth noise of wavelength 1: values at whole places, blended by a quintic.
-double value_noise(double x, double y, std::uint64_t seed) {
-  const double fx = std::floor(x), fy = std::floor(y);
-  const auto at = [&](double i, double j) {
-    const auto key = static_cast<std::uint64_t>(static_cast<std::int64_t>(i) * 73856093 +
-                                                static_cast<std::int64_t>(j) * 19349663);
-    return 2.0 * CounterRandom(seed, 7, key).uniform() - 1.0;
-  };
-  const auto blend = [](double t) { return t * t * t * (t * (6.0 * t - 15.0) + 10.0); };
-  const double u = blend(x - fx), v = blend(y - fy);
-  const double low = at(fx, fy) + u * (at(fx + 1, fy) - at(fx, fy));
-  const double high = at(fx, fy + 1) + u * (at(fx + 1, fy + 1) - at(fx, fy + 1));
-  return low + v * (high - low);
-}
-
 /// Ridges and gullies down to boulders, in metres; steep, with walls where it folds.
 double mountain(double x, double y, std::uint64_t seed) {
   double z = 0.0, amplitude = 90.0, wavelength = 400.0;
   for (std::uint64_t octave = 0; octave < 8; ++octave) {
-    const double n = value_noise(x / wavelength, y / wavelength, seed + octave);
+    const double n = value_noise(x / wavelength, y / wavelength, seed + octave, 7);
     z += amplitude * (octave < 5 ? 1.0 - 2.0 * std::sqrt(n * n + 0.01) : n);
     amplitude *= 0.36;
     wavelength *= 0.5;
