@@ -85,7 +85,9 @@ std::vector<std::vector<std::size_t>> blocks_of(const Infos& cells, int side, Pa
   return blocks;
 }
 
-LevelCounts count_level(const Infos& cells) {
+}  // namespace
+
+LevelCounts count_level(const std::vector<CellSource::Info>& cells) {
   LevelCounts counts;
   counts.cells = cells.size();
   for (const CellSource::Info& cell : cells) {
@@ -95,8 +97,6 @@ LevelCounts count_level(const Infos& cells) {
   }
   return counts;
 }
-
-}  // namespace
 
 void summarise(const Mesh& mesh, const std::string& name, int threads, InputSummary& summary) {
   if (!mesh.crs_text.empty()) {

@@ -85,6 +85,9 @@ class CellsInMemory : public CellSource {
   std::vector<Info> infos_;
 };
 
+/// Counts of cells, triangles and vertices and the largest error; no blocks.
+LevelCounts count_level(const std::vector<CellSource::Info>& cells);
+
 /// What of a level shall be built.
 struct LevelTask {
   int threads = 0;

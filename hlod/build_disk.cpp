@@ -71,17 +71,6 @@ std::vector<std::size_t> runs_of(const std::vector<SpoolCell>& cells) {
   return begins;
 }
 
-LevelCounts counts_of(const std::vector<CellSource::Info>& infos) {
-  LevelCounts counts;
-  counts.cells = infos.size();
-  for (const CellSource::Info& info : infos) {
-    counts.triangles += info.triangles;
-    counts.vertices += info.vertices;
-    counts.error_max_m = std::max(counts.error_max_m, double{info.error_m});
-  }
-  return counts;
-}
-
 }  // namespace
 
 WorkFolder::WorkFolder(fs::path folder, std::string text)
@@ -193,7 +182,7 @@ std::vector<LevelCounts> build_levels_on_disk(
   for (int level = finest; level > 0; --level) {
     CellsOnDisk source(at, header, level < finest, threads);
     const fs::path next = folder.level(level);
-    counts[static_cast<std::size_t>(level)] = counts_of(source.infos());
+    counts[static_cast<std::size_t>(level)] = count_level(source.infos());
     if (!folder.has(next)) {
       SpoolWriter writer(next, folder.text());
       counts[static_cast<std::size_t>(level)] = build_level(
