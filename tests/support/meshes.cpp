@@ -6,6 +6,8 @@
 #include <map>
 #include <numbers>
 
+#include "core/mesh/topology.h"
+
 namespace cornice::test {
 
 Mesh grid_mesh(int columns, int rows, const std::function<Vec3d(int column, int row)>& surface) {
@@ -80,6 +82,18 @@ Mesh overhang_mesh(double length, double width, double depth, double step) {
     const double z = 3.0 * depth / (1.0 + std::exp(-20.0 * (s - 0.5)));
     return Vec3d{x, step * row, z};
   });
+}
+
+std::set<std::array<float, 6>> border_edges(const Mesh& mesh) {
+  std::set<std::array<float, 6>> edges;
+  const auto twins = match_half_edges(mesh.triangles, mesh.positions.size(), 1);
+  for (std::uint32_t h = 0; h < twins.size(); ++h) {
+    if (twins[h] != kOpenEdge) continue;
+    const Vec3f a = mesh.positions[mesh.triangles[h / 3][h % 3]];
+    const Vec3f b = mesh.positions[mesh.triangles[h / 3][(h % 3 + 1) % 3]];
+    edges.insert({a.x, a.y, a.z, b.x, b.y, b.z});
+  }
+  return edges;
 }
 
 }  // namespace cornice::test

@@ -2,7 +2,9 @@
 // Meshes of known shape.
 #pragma once
 
+#include <array>
 #include <functional>
+#include <set>
 
 #include "core/mesh/mesh.h"
 
@@ -22,5 +24,8 @@ Mesh sphere_mesh(double radius, int rounds);
 /// Ground that folds over itself: a ledge of `depth` metres that leans out over the ground below.
 /// The profile is a curve in x and z, the same for all y; x in [0, length], y in [0, width].
 Mesh overhang_mesh(double length, double width, double depth, double step);
+
+/// Both ends of every open edge, x, y and z each, in the direction of its triangle.
+std::set<std::array<float, 6>> border_edges(const Mesh& mesh);
 
 }  // namespace cornice::test

@@ -7,7 +7,6 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -16,6 +15,7 @@
 #include "core/mesh/quality.h"
 #include "core/mesh/surface_distance.h"
 #include "core/mesh/topology.h"
+#include "tests/support/meshes.h"
 #include "tests/support/process.h"
 #include "tests/support/temporary_folder.h"
 
@@ -87,18 +87,6 @@ class RemeshProgram : public testing::Test {
 };
 test::TemporaryFolder* RemeshProgram::folder_ = nullptr;
 
-std::set<std::array<float, 6>> border_edges(const Mesh& mesh) {
-  std::set<std::array<float, 6>> edges;
-  const auto twins = match_half_edges(mesh.triangles, mesh.positions.size(), 1);
-  for (std::uint32_t h = 0; h < twins.size(); ++h) {
-    if (twins[h] != kOpenEdge) continue;
-    const Vec3f a = mesh.positions[mesh.triangles[h / 3][h % 3]];
-    const Vec3f b = mesh.positions[mesh.triangles[h / 3][(h % 3 + 1) % 3]];
-    edges.insert({a.x, a.y, a.z, b.x, b.y, b.z});
-  }
-  return edges;
-}
-
 TEST_F(RemeshProgram, KeepsTheBoundOnARoughStepAndSaysSo) {
   const Mesh before = read_ply_mesh(surface()), after = read_ply_mesh(result());
   EXPECT_LT(after.triangles.size(), before.triangles.size());
@@ -119,9 +107,9 @@ TEST_F(RemeshProgram, LeavesNoTriangleWithoutAreaAndNoBadConnection) {
 }
 
 TEST_F(RemeshProgram, KeepsBordersBitForBit) {
-  const auto before = border_edges(read_ply_mesh(surface()));
+  const auto before = test::border_edges(read_ply_mesh(surface()));
   EXPECT_GT(before.size(), 100u);
-  EXPECT_EQ(border_edges(read_ply_mesh(result())), before);
+  EXPECT_EQ(test::border_edges(read_ply_mesh(result())), before);
 }
 
 TEST_F(RemeshProgram, WritesTheSameBytesWithTwoThreads) {

@@ -9,7 +9,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <set>
 
 #include "core/base/random.h"
 #include "core/mesh/select.h"
@@ -74,18 +73,6 @@ void expect_within(const Mesh& input, const Result& result, double bound) {
   EXPECT_LE(distance_by_cgal(result.mesh, input, 0.12f), bound);
 }
 
-std::set<std::array<float, 6>> border_edges(const Mesh& mesh) {
-  std::set<std::array<float, 6>> edges;
-  const auto twins = match_half_edges(mesh.triangles, mesh.positions.size(), 1);
-  for (std::uint32_t h = 0; h < twins.size(); ++h) {
-    if (twins[h] != kOpenEdge) continue;
-    const Vec3f a = mesh.positions[mesh.triangles[h / 3][h % 3]];
-    const Vec3f b = mesh.positions[mesh.triangles[h / 3][(h % 3 + 1) % 3]];
-    edges.insert({a.x, a.y, a.z, b.x, b.y, b.z});
-  }
-  return edges;
-}
-
 TEST(Remesh, MakesFewWellShapedTrianglesWithinTheBound) {
   const Mesh mesh = rough_hills(110);
   const Result result = remesh(mesh, {});
@@ -112,7 +99,7 @@ TEST(Remesh, KeepsBordersBitForBitWithTheirAttributes) {
   }
   mesh = select_triangles(mesh, keep);
   const Result result = remesh(mesh, {});
-  EXPECT_EQ(border_edges(result.mesh), border_edges(mesh));
+  EXPECT_EQ(test::border_edges(result.mesh), test::border_edges(mesh));
   EXPECT_EQ(result.mesh.origin, mesh.origin);
   EXPECT_EQ(result.mesh.crs_text, mesh.crs_text);
   const auto& support = *find_float_property(result.mesh, "support");
