@@ -178,15 +178,18 @@ void Simplifier::classify() {
     const int first = ring.first();
     const int start = std::max(first, 0);
     int steps = 1;
-    std::uint32_t at = ring.prev[start];
+    std::uint32_t at = ring.prev[start], passed = 1u << start;
     for (; steps < ring.size; ++steps) {
       int following = -1;
       for (int i = 0; i < ring.size; ++i) following = ring.next[i] == at ? i : following;
-      if (following < 0 || following == start) break;
+      if (following < 0 || (passed >> following & 1) != 0) break;
+      passed |= 1u << following;
       at = ring.prev[following];
     }
     const bool closed = at == ring.next[start];
     if (steps != ring.size || closed != (first < 0) || (closed && ring.size < 3)) continue;
+    // A chain may also end at its own middle.
+    if (!closed && ring.last() < 0) continue;
     kinds_[u] = closed ? Kind::kInside : Kind::kBorder;
   }
   add_border_quadrics();

@@ -158,6 +158,47 @@ TEST(Simplify, SurvivesWhatIsNoManifold) {
   }
 }
 
+/// Few vertices, so that edges and whole triangles come twice and fans branch, loop and meet.
+TEST(Simplify, SurvivesAnyTriangles) {
+  Simplifier simplifier;
+  for (std::uint64_t seed = 0; seed < 3000; ++seed) {
+    CounterRandom random(11, 1, seed);
+    const auto below = [&](double n) { return static_cast<std::uint32_t>(n * random.uniform()); };
+    SimplifyMesh mesh;
+    const std::uint32_t vertex_count = 4 + below(12);
+    for (std::uint32_t v = 0; v < vertex_count; ++v) {
+      mesh.positions.push_back({100.0f * static_cast<float>(random.uniform()),
+                                100.0f * static_cast<float>(random.uniform()),
+                                10.0f * static_cast<float>(random.uniform())});
+      mesh.locked.push_back(random.uniform() < 0.1 ? 1 : 0);
+    }
+    const std::uint32_t triangle_count = 1 + below(3.0 * vertex_count);
+    while (mesh.triangles.size() < triangle_count) {
+      const Triangle t{below(vertex_count), below(vertex_count), below(vertex_count)};
+      if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) mesh.triangles.push_back(t);
+    }
+    simplifier.run(mesh, {});
+    const std::vector<Triangle> left = remaining(mesh);
+    ASSERT_EQ(left.size(), simplifier.triangle_count()) << "seed " << seed;
+    for (const Triangle& t : left) {
+      for (const std::uint32_t v : t) ASSERT_EQ(simplifier.parents()[v], v) << "seed " << seed;
+      ASSERT_TRUE(t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) << "seed " << seed;
+    }
+  }
+}
+
+/// The fan of vertex 0 begins at vertex 1 and comes back to vertex 2, which it has passed.
+TEST(Simplify, KeepsAVertexWhoseFanEndsInALoop) {
+  SimplifyMesh mesh;
+  mesh.positions = {{0, 0, 0}, {100, 0, 0}, {50, 90, 0}, {-60, 80, 0}, {-90, 10, 0}};
+  mesh.locked.assign(mesh.positions.size(), 0);
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 2}};
+  Simplifier simplifier;
+  simplifier.run(mesh, {});
+  EXPECT_EQ(simplifier.parents()[0], 0u);
+  EXPECT_FALSE(simplifier.is_border(0));
+}
+
 TEST(Simplify, LeavesNothingWithoutTriangles) {
   SimplifyMesh mesh = block_of(test::height_mesh(0, 0, 1, 1, [](double, double) { return 0.0; }));
   Simplifier simplifier;
