@@ -90,6 +90,17 @@ void count_faults(const Mesh& tile, const Links& links, Border& border) {
       static_cast<std::uint64_t>(std::unique(bad.begin(), bad.end()) - bad.begin());
 }
 
+/// Returns the part of each triangle.
+std::vector<std::uint32_t> measure_parts(const Mesh& tile, const Links& links, Border& border) {
+  std::uint32_t count = 0;
+  std::vector<std::uint32_t> part_of = triangle_components(tile.triangles, links.twins, count);
+  border.part_areas_m2.assign(count, 0.0);
+  for (std::size_t t = 0; t < part_of.size(); ++t) {
+    border.part_areas_m2[part_of[t]] += triangle_area(tile, tile.triangles[t]);
+  }
+  return part_of;
+}
+
 /// Keeps the edges whose byte is not 0, and the vertices that they name.
 void keep_edges(Border& border, const std::vector<std::uint8_t>& keep) {
   std::vector<std::uint32_t> edge_to(border.edges.size(), kNone);
@@ -127,6 +138,7 @@ Border find_border(const Mesh& tile, int threads) {
   border.tile_vertices = tile.positions.size();
   border.tile_triangles = tile.triangles.size();
   count_faults(tile, links, border);
+  const std::vector<std::uint32_t> part_of = measure_parts(tile, links, border);
   std::vector<std::uint32_t> open;
   std::vector<std::uint32_t> vertex_of(tile.positions.size(), kNone);
   std::vector<std::uint32_t> edge_of(links.twins.size(), kNone);
@@ -150,6 +162,7 @@ Border find_border(const Mesh& tile, int threads) {
     edge.to = vertex_of[links.end(h)];
     edge.half_edge = h;
     edge.normal = unit_normal(tile, tile.triangles[h / 3]);
+    edge.part = part_of[h / 3];
     edge.is_collapsible = can_collapse(links, h);
     const std::uint32_t next = links.next_open(h);
     if (next == kNone) continue;

@@ -19,6 +19,7 @@ struct BorderEdge {
   std::uint32_t half_edge = 0;                   ///< 3 * triangle + corner, in the tile
   std::uint32_t previous = kNone, next = kNone;  ///< along the border; kNone where that is no fan
   Vec3f normal{};                                ///< unit, of the triangle; zero without area
+  std::uint32_t part = 0;                        ///< of Border::part_areas_m2
   bool is_collapsible = false;  ///< its ends may become one vertex without spoiling the surface
 };
 
@@ -28,6 +29,7 @@ struct Border {
   std::vector<std::uint32_t> rows;  ///< of each of them: its row in the tile
   std::vector<BorderEdge> edges;
   Box3d box;  ///< of the whole tile, projected CRS; empty where it has no triangle
+  std::vector<double> part_areas_m2;  ///< of each part of the tile that is connected over edges
   std::uint64_t tile_vertices = 0;
   std::uint64_t tile_triangles = 0;
   std::uint64_t non_manifold_edges = 0;

@@ -27,6 +27,10 @@ std::vector<Option> describe(Command& c) {
       Option("overlaps", c.options.overlaps,
              {{"refuse", Overlaps::kRefuse}, {"cut", Overlaps::kCut}, {"keep", Overlaps::kKeep}},
              "of tiles whose surfaces lie over each other: cut gives each its side of the middle"),
+      Option("min-area", c.options.min_area_m2,
+             "smaller parts of the whole surface go, over all tiles; 0: none")
+          .range(0, 1e9)
+          .unit("m2"),
       Option("check", c.check, "only looks: writes nothing, exit code 3 where tiles do not meet"),
   };
 }
@@ -35,6 +39,9 @@ void check_command(const Command& c) {
   if (c.check != c.output.empty()) {
     throw UsageError("--output", c.check ? "is not for --check, which writes nothing"
                                          : "is missing; or give --check");
+  }
+  if (c.check && c.options.min_area_m2 > 0.0) {
+    throw UsageError("--min-area", "is not for --check, which drops nothing");
   }
   std::map<std::filesystem::path, std::filesystem::path> names;
   for (const std::filesystem::path& tile : c.tiles) {
@@ -58,6 +65,11 @@ void report_survey(const Survey& survey, Report& report) {
   if (survey.without_crs > 0) {
     report.warn(std::to_string(survey.without_crs) +
                 " tiles name no CRS; they are taken to be in " + survey.crs_text);
+  }
+  report.count("small parts", survey.small_parts);
+  report.quality("small_parts_area_m2", survey.small_parts_area_m2);
+  if (survey.small_parts > 0 && survey.box.empty()) {
+    report.warn("no part of the surface is as large as --min-area; nothing is left");
   }
   for (const std::string& overlap : survey.overlaps) report.warn(overlap);
 }

@@ -9,7 +9,9 @@
 
 #include "core/base/error.h"
 #include "core/io/ply.h"
+#include "core/mesh/select.h"
 #include "stages/stitch/match.h"
+#include "stages/stitch/small_parts.h"
 
 namespace cornice::stitch {
 namespace {
@@ -159,9 +161,39 @@ double largest_coordinate_m(const Mesh& mesh) {
   return largest;
 }
 
-Mesh read_cut_tile(const Survey& survey, std::uint32_t tile) {
+/// A tile as cut, without the triangles that go.
+Mesh read_own_part(const Survey& survey, std::uint32_t tile) {
   Mesh mesh = read_tile(survey.paths[tile]);
-  return survey.cuts[tile].empty() ? mesh : cut_mesh(mesh, survey.cuts[tile]);
+  if (!survey.cuts[tile].empty()) mesh = cut_mesh(mesh, survey.cuts[tile]);
+  if (survey.dropped[tile].empty()) return mesh;
+  std::vector<std::uint8_t> keep(mesh.triangles.size(), 1);
+  for (const std::uint32_t t : survey.dropped[tile]) {
+    if (t < keep.size()) keep[t] = 0;
+  }
+  return select_triangles(mesh, keep);
+}
+
+JoinOptions join_options(const Survey& survey, const Options& options) {
+  return {options.tolerance_m, common_grid_m(survey.largest_coordinate_m + options.tolerance_m)};
+}
+
+/// Takes the parts out that are small over all tiles, and looks at what is left of their tiles.
+void drop_small_parts(Survey& survey, const Options& options, Progress& progress) {
+  std::vector<Border> tiles = survey.borders.tiles;
+  keep_edges_near_tiles(tiles, options.tolerance_m);
+  const Borders borders = number_borders(std::move(tiles));
+  const SmallParts small = find_small_parts(
+      borders, plan_borders(borders, match_edges(borders), join_options(survey, options)),
+      options.min_area_m2);
+  survey.small_parts = small.count;
+  survey.small_parts_area_m2 = small.area_m2;
+  for (std::uint32_t t = 0; t < survey.paths.size(); ++t) {
+    if (small.of_tile[t].empty()) continue;
+    check_cancelled(progress);
+    survey.dropped[t] =
+        triangles_of_parts(read_own_part(survey, t), small.of_tile[t], options.threads);
+    survey.borders.tiles[t] = find_border(read_own_part(survey, t), options.threads);
+  }
 }
 
 }  // namespace
@@ -190,10 +222,14 @@ Survey learn_survey(const std::vector<fs::path>& paths, const Options& options,
     survey.paths.push_back(std::move(l.path));
     survey.borders.tiles.push_back(std::move(l.border));
   }
+  survey.dropped.resize(survey.paths.size());
   settle_overlaps(survey, options, progress);
   std::vector<Border>& tiles = survey.borders.tiles;
   for (std::uint32_t t = 0; t < tiles.size(); ++t) {
-    if (!survey.cuts[t].empty()) tiles[t] = find_border(read_cut_tile(survey, t), options.threads);
+    if (!survey.cuts[t].empty()) tiles[t] = find_border(read_own_part(survey, t), options.threads);
+  }
+  if (options.min_area_m2 > 0.0) drop_small_parts(survey, options, progress);
+  for (std::uint32_t t = 0; t < tiles.size(); ++t) {
     if (tiles[t].box.empty()) continue;
     survey.box.add(tiles[t].box.min);
     survey.box.add(tiles[t].box.max);
@@ -210,10 +246,8 @@ SeamReport check_survey(const Survey& survey, const Options& options) {
 StitchResult stitch_survey(const Survey& survey, const Options& options, const TileSink& sink,
                            Progress& progress) {
   StitchResult result;
-  JoinOptions join;
-  join.tolerance_m = options.tolerance_m;
-  join.grid_m = common_grid_m(survey.largest_coordinate_m + options.tolerance_m);
-  result.plan = plan_borders(survey.borders, match_edges(survey.borders), join);
+  result.plan =
+      plan_borders(survey.borders, match_edges(survey.borders), join_options(survey, options));
   const SharedAttributes shared = share_attributes(survey.borders, result.plan);
   const auto places = places_by_tile(survey.borders, result.plan);
   result.shared_vertices = result.plan.class_count();
@@ -221,7 +255,7 @@ StitchResult stitch_survey(const Survey& survey, const Options& options, const T
   progress.begin("write tiles", survey.paths.size());
   for (std::uint32_t t = 0; t < survey.paths.size(); ++t) {
     check_cancelled(progress);
-    Mesh mesh = read_cut_tile(survey, t);
+    Mesh mesh = read_own_part(survey, t);
     const Border& known = survey.borders.tiles[t];
     if (mesh.positions.size() != known.tile_vertices ||
         mesh.triangles.size() != known.tile_triangles) {

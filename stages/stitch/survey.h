@@ -29,6 +29,7 @@ enum class Overlaps {
 struct Options {
   double tolerance_m = 0.25;  ///< borders farther apart than this stay apart
   Overlaps overlaps = Overlaps::kRefuse;
+  double min_area_m2 = 0.0;  ///< smaller parts of the whole surface go; 0: none
   int threads = 0;
 };
 
@@ -45,6 +46,10 @@ struct Survey {
   std::uint64_t without_crs = 0;       ///< tiles that name no CRS, though others do
   std::vector<std::string> overlaps;   ///< a sentence per pair of tiles that lie over each other
   std::vector<std::vector<Cut>> cuts;  ///< of each tile; empty where there are none
+  std::vector<std::vector<std::uint32_t>>
+      dropped;  ///< triangles of small parts, of each tile as cut
+  std::uint64_t small_parts = 0;
+  double small_parts_area_m2 = 0.0;
 };
 
 /// Reads a tile. Its origin is put on whole metres where it is no multiple of 1/1024 m: only then

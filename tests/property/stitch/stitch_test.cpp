@@ -405,6 +405,53 @@ TEST(Stitch, TakesTilesThatMeetAlongALineThatBendsForNeighbours) {
   expect_one_surface(stitch_tiles({wavy(false), wavy(true)}));
 }
 
+/// A flat patch of metre cells over [x0, x1] x [y0, y1] at height z, added to a tile.
+void add_patch(Mesh& tile, int x0, int x1, int y0, int y1, float z) {
+  const auto first = static_cast<std::uint32_t>(tile.positions.size());
+  const auto columns = static_cast<std::uint32_t>(x1 - x0 + 1);
+  for (int y = y0; y <= y1; ++y) {
+    for (int x = x0; x <= x1; ++x) {
+      tile.positions.push_back({static_cast<float>(x), static_cast<float>(y), z});
+      tile.normals.push_back({0, 0, 1});
+      tile.float_properties[0].values.push_back(0.5f);
+      tile.byte_properties[0].values.push_back(0);
+    }
+  }
+  for (std::uint32_t y = 0; y < static_cast<std::uint32_t>(y1 - y0); ++y) {
+    for (std::uint32_t x = 0; x + 1 < columns; ++x) {
+      const std::uint32_t v = first + y * columns + x;
+      tile.triangles.push_back({v, v + 1, v + columns});
+      tile.triangles.push_back({v + 1, v + columns + 1, v + columns});
+    }
+  }
+}
+
+TEST(Stitch, DropsPartsThatAreSmallOverAllTiles) {
+  Mesh west = hills_tile(0, 0, 24), east = hills_tile(24, 0, 24);
+  add_patch(west, 20, 24, 2, 4, 50);  // 8 m2, and 2 m2 next door: goes
+  add_patch(east, 0, 1, 2, 4, 50);
+  add_patch(west, 22, 24, 10, 14, 50);  // 8 m2, and 12 m2 next door: stays
+  add_patch(east, 0, 3, 10, 14, 50);
+  add_patch(west, 4, 7, 4, 7, 50);    // 9 m2 inside a tile: goes
+  add_patch(east, 10, 14, 4, 9, 50);  // 20 m2 inside a tile: stays
+  add_patch(west, 0, 1, 20, 22, 50);  // 2 m2 at the survey's rim: goes
+  Options options;
+  const Outcome all = stitch_tiles({west, east}, options);
+  EXPECT_EQ(all.result.triangles, west.triangles.size() + east.triangles.size());
+  options.min_area_m2 = 15.0;
+  const Outcome run = stitch_tiles({west, east}, options);
+  EXPECT_EQ(run.after[0].triangles.size(), west.triangles.size() - 2 * (8 + 9 + 2));
+  EXPECT_EQ(run.after[1].triangles.size(), east.triangles.size() - 2 * 2);
+  EXPECT_EQ(run.result.seams.faults(), 0u);
+  EXPECT_EQ(run.after[0].float_properties[0].values.size(), run.after[0].positions.size());
+  const test::Welded whole = test::weld(run.after);
+  EXPECT_EQ(check_topology(whole.triangles, whole.positions.size(), 1).components, 3u);
+  const test::TemporaryFolder folder;
+  const Survey survey = learn_survey(test::write_tiles(folder.path(), {west, east}), options);
+  EXPECT_EQ(survey.small_parts, 3u);
+  EXPECT_NEAR(survey.small_parts_area_m2, 10.0 + 9.0 + 2.0, 1e-4);
+}
+
 TEST(Stitch, JoinsATileOfATwentiethOfTheDensity) {
   CutPlan plan;
   plan.columns = 2, plan.rows = 2;
