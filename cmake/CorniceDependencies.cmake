@@ -79,6 +79,17 @@ if(CORNICE_BUILD_BENCH)
 endif()
 # Header-only; the libraries are those of its exact numbers.
 cornice_find_library(CGAL::headers libcgal-dev CGAL/AABB_tree.h gmp mpfr)
+# OpenMesh reads OBJ, OFF and STL. Ubuntu 22.04 does not have it: there, .ply alone is read.
+find_path(CORNICE_OPENMESH_INCLUDE OpenMesh/Core/IO/importer/BaseImporter.hh)
+find_library(CORNICE_OPENMESH OpenMeshCore)
+if(CORNICE_OPENMESH AND CORNICE_OPENMESH_INCLUDE)
+  add_library(OpenMesh::core INTERFACE IMPORTED GLOBAL)
+  target_include_directories(OpenMesh::core SYSTEM INTERFACE "${CORNICE_OPENMESH_INCLUDE}")
+  target_link_libraries(OpenMesh::core INTERFACE "${CORNICE_OPENMESH}")
+else()
+  message(STATUS "OpenMesh (libopenmesh-dev) is missing: meshes are read from .ply alone, "
+                 "not from .obj, .off and .stl")
+endif()
 # Used as headers everywhere: Ubuntu 22.04 has a compiled library beside them, the others do not.
 cornice_find_library(tinygltf::headers libtinygltf-dev tiny_gltf.h)
 foreach(version 4 3)

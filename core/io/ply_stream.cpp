@@ -69,6 +69,7 @@ double ply_value(const std::uint8_t* from, PlyType type, bool swap_bytes) {
 PlyStream::PlyStream(std::filesystem::path path, const PlyHeader& header)
     : path_(std::move(path)),
       format_(header.format),
+      file_bytes_(header.file_bytes),
       left_in_file_(header.file_bytes - header.header_bytes),
       buffer_(static_cast<std::size_t>(std::min<std::uint64_t>(kBufferBytes, left_in_file_))) {
   file_ = open(path_.c_str(), O_RDONLY | O_CLOEXEC);

@@ -13,8 +13,9 @@
 
 namespace cornice {
 
-/// Reads the body of a PLY file front to back. Thread contract: one thread at a time.
-/// Every function throws InputError, naming the element and its number, where the file ends early.
+/// Reads the body of a PLY file front to back, from header.header_bytes on. Thread contract: one
+/// thread at a time. Every function throws InputError, naming the element and its number, where the
+/// file ends early.
 class PlyStream {
  public:
   PlyStream(std::filesystem::path path, const PlyHeader& header);
@@ -31,6 +32,8 @@ class PlyStream {
   const std::uint8_t* bytes(std::size_t count);
   /// What is in the buffer, at least `wanted` bytes unless the file ends before. Binary files only.
   std::span<const std::uint8_t> peek(std::size_t wanted);
+  /// Where in the file the next value begins.
+  std::uint64_t offset() const { return file_bytes_ - left_in_file_ - (end_ - begin_); }
   /// Passes over bytes that were peeked at.
   void consume(std::size_t count) { begin_ += count; }
   /// One value of any format as a number.
@@ -48,6 +51,7 @@ class PlyStream {
 
   std::filesystem::path path_;
   PlyFormat format_;
+  std::uint64_t file_bytes_;
   int file_ = -1;
   std::uint64_t left_in_file_ = 0;  ///< bytes not yet in the buffer
   std::vector<std::uint8_t> buffer_;
