@@ -85,6 +85,8 @@ class Studio {
     std::uint64_t read = 0;
     for (const auto& layer : session_.layers()) read += layer->counts().store.bytes_read;
     report.count("bytes read", read);
+    for (const Drape* drape : {session_.photo(), session_.difference()})
+      if (drape != nullptr && !drape->advice().empty()) report.warn(drape->advice());
     if (unsettled_ > 0)
       report.warn(std::to_string(unsettled_) +
                   " pictures are coarser than asked: a larger --gpu-memory-mib or --cache-mib lets "

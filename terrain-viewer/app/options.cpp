@@ -61,6 +61,18 @@ std::vector<Option> describe(Options& o) {
           .unit("m"),
       Option("tree-line-m", o.tree_line_m, "height from which nothing grows; otherwise by latitude")
           .unit("m"),
+      Option("orthophoto", o.orthophoto,
+             "georeferenced photographs to lie over the ground, one or the tiles of one"),
+      Option("difference", o.difference,
+             "raster of differences to lie over the ground in colours: difference.tif of "
+             "cornice-compare"),
+      Option("difference-range-m", o.difference_range_m,
+             "difference that gets the full colour; otherwise what 98 of 100 lie within")
+          .above(0)
+          .unit("m"),
+      Option("drape-memory-mib", o.drape_memory_mib, "for tiles of each such raster on the GPU")
+          .range(32, 65536)
+          .unit("MiB"),
       Option("edges", o.has_edges, "draw the edges of the triangles"),
       Option("sky", o.has_sky, "draw the sky; black otherwise"),
   };

@@ -30,6 +30,10 @@ struct Options {
   double sun_azimuth_deg = 315.0, sun_elevation_deg = 45.0;
   double contour_interval_m = 0.0;
   std::optional<double> snow_line_m, tree_line_m;
+  std::vector<std::filesystem::path> orthophoto;
+  std::filesystem::path difference;
+  std::optional<double> difference_range_m;
+  double drape_memory_mib = 256.0;
   bool has_edges = false;
   bool has_sky = true;
 };

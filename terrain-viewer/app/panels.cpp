@@ -20,32 +20,67 @@ constexpr ImGuiWindowFlags kPlain = ImGuiWindowFlags_NoDecoration | ImGuiWindowF
 
 ImU32 colour_of(Colour c) { return IM_COL32(c[0], c[1], c[2], 255); }
 
-void draw_legend(const Style& style, int width) {
-  const auto ramp = ramp_of(style);
-  if (!ramp) return;
-  ImGui::SetNextWindowPos({float(width) - 12.0f, 12.0f}, ImGuiCond_Always, {1.0f, 0.0f});
+/// Below `top`; returns where the next legend may begin.
+float draw_legend(const Ramp& ramp, float right, float top) {
+  ImGui::SetNextWindowPos({right, top}, ImGuiCond_Always, {1.0f, 0.0f});
   ImGui::SetNextWindowBgAlpha(0.6f);
-  ImGui::Begin("legend", nullptr, kPlain);
-  ImGui::Text("%s%s%s", ramp->title.c_str(), ramp->unit.empty() ? "" : ", ", ramp->unit.c_str());
+  ImGui::Begin(ramp.title.c_str(), nullptr, kPlain);
+  ImGui::Text("%s%s%s", ramp.title.c_str(), ramp.unit.empty() ? "" : ", ", ramp.unit.c_str());
   ImDrawList* draw = ImGui::GetWindowDrawList();
   constexpr float kWidth = 18.0f, kHeight = 160.0f;
   const ImVec2 corner = ImGui::GetCursorScreenPos();
   constexpr int kSteps = 80;
   for (int i = 0; i < kSteps; ++i) {
-    const double value = ramp->low() + (ramp->high() - ramp->low()) * (i + 0.5) / kSteps;
-    const float top = corner.y + kHeight * (1.0f - float(i + 1) / kSteps);
-    draw->AddRectFilled({corner.x, top}, {corner.x + kWidth, top + kHeight / kSteps + 1.0f},
-                        colour_of(ramp->at(value)));
+    const double value = ramp.low() + (ramp.high() - ramp.low()) * (i + 0.5) / kSteps;
+    const float upper = corner.y + kHeight * (1.0f - float(i + 1) / kSteps);
+    draw->AddRectFilled({corner.x, upper}, {corner.x + kWidth, upper + kHeight / kSteps + 1.0f},
+                        colour_of(ramp.at(value)));
   }
-  for (const Ramp::Stop& stop : ramp->stops) {
-    const double share = (stop.value - ramp->low()) / (ramp->high() - ramp->low());
+  for (const Ramp::Stop& stop : ramp.stops) {
+    const double share = (stop.value - ramp.low()) / (ramp.high() - ramp.low());
     std::array<char, 32> text{};
     std::snprintf(text.data(), text.size(), "%.4g", stop.value);
     draw->AddText({corner.x + kWidth + 6.0f, corner.y + kHeight * float(1.0 - share) - 7.0f},
                   IM_COL32_WHITE, text.data());
   }
   ImGui::Dummy({kWidth + 70.0f, kHeight + 10.0f});
+  const float next = top + ImGui::GetWindowHeight() + 8.0f;
   ImGui::End();
+  return next;
+}
+
+void draw_legends(const Session& session, const Style& style, int width) {
+  const float right = float(width) - 12.0f;
+  float top = 12.0f;
+  if (session.cover() == Cover::kDifference)
+    top = draw_legend(difference_ramp(style.difference_high_m), right, top);
+  if (const auto ramp = ramp_of(style)) draw_legend(*ramp, right, top);
+}
+
+/// What lies over the ground's own colours.
+void draw_cover(Session& session) {
+  Style& style = session.style();
+  if (session.photo() == nullptr && session.difference() == nullptr) return;
+  ImGui::Separator();
+  const Cover shown = session.cover();
+  const auto button = [&](const char* name, Cover cover) {
+    if (ImGui::RadioButton(name, shown == cover)) session.set_cover(cover);
+  };
+  button("nothing over it", Cover::kNone);
+  if (session.photo() != nullptr) button(session.photo()->name().c_str(), Cover::kPhoto);
+  if (session.difference() != nullptr)
+    button(session.difference()->name().c_str(), Cover::kDifference);
+  const auto slider = [](const char* name, double& value, float low, float high) {
+    auto number = static_cast<float>(value);
+    if (ImGui::SliderFloat(name, &number, low, high, "%.2f")) value = number;
+  };
+  if (shown != Cover::kNone) slider("strength", style.drape_opacity, 0.0f, 1.0f);
+  if (shown == Cover::kPhoto) slider("light on it", style.photo_relief, 0.0f, 1.0f);
+  if (shown == Cover::kDifference) {
+    auto high = static_cast<float>(style.difference_high_m);
+    if (ImGui::SliderFloat("range", &high, 0.01f, 100.0f, "%.2f m", ImGuiSliderFlags_Logarithmic))
+      style.difference_high_m = high;
+  }
 }
 
 /// A round number of metres whose bar is at most `pixels` long.
@@ -130,6 +165,7 @@ void draw_layers(PanelState& state, Session& session, PanelResult& result) {
       if (ImGui::SliderFloat("line", &share, 0.0f, 1.0f, "")) state.swipe = share;
     }
   }
+  draw_cover(session);
   ImGui::Separator();
   Style& style = session.style();
   int shading = static_cast<int>(style.shading);
@@ -172,6 +208,9 @@ void draw_frames(PanelState& state, Session& session, const FrameCounts& counts)
     ImGui::Text("%s: %u loaded, %u missing, %.1f MiB read", layer->name().c_str(), c.cells_loaded,
                 c.cells_missing, double(c.store.bytes_read) / 1048576.0);
   }
+  if (session.cover() != Cover::kNone)
+    ImGui::Text("raster: %zu tiles needed, %zu missing, %.0f MiB", counts.drape.tiles_needed,
+                counts.drape.tiles_missing, double(counts.drape.used_bytes) / 1048576.0);
   ImGui::End();
 }
 
@@ -192,12 +231,13 @@ void draw_help(PanelState& state) {
       "B              bookmark this view\n"
       "N              next shading      C  contour lines\n"
       "X              edges             L  layers\n"
+      "O              photograph, differences, neither\n"
       "1 .. 9         show or hide a layer\n"
       "Tab            blink between the last two layers\n"
       "F3             frame times       F11  full screen\n"
       "F12            picture and its camera\n"
       "P              add this view to a path; Shift+P saves it\n"
-      "drop a file    open it as a layer");
+      "drop a file    hierarchy: a layer; raster: over the ground");
   ImGui::End();
 }
 
@@ -247,7 +287,7 @@ PanelResult draw_panels(PanelState& state, Session& session, const Camera& camer
                         int height, const std::optional<UnderCursor>& under,
                         const FrameCounts& counts) {
   PanelResult result;
-  draw_legend(session.style(), width);
+  draw_legends(session, session.style(), width);
   const double distance = under ? norm(under->point - camera.eye) : 1000.0;
   draw_scale_and_north(camera, width, height, distance);
   draw_read_out(state, camera, height, under);

@@ -15,11 +15,48 @@ Session::Session(const Options& options)
       cells_(static_cast<std::uint64_t>(options.gpu_memory_mib * 1048576.0)),
       layers_(open_layers(options, cells_)),
       looks_(layers_.size()),
-      style_(style_for(options, layers_)) {}
+      style_(style_for(options, layers_)) {
+  if (!options.difference.empty()) add_drape({options.difference}, RasterKind::kValues);
+  if (!options.orthophoto.empty()) add_drape(options.orthophoto, RasterKind::kPhoto);
+  if (!options.difference.empty()) cover_ = Cover::kDifference;
+}
 
 void Session::add_layer(const std::filesystem::path& file) {
   viewer::add_layer(layers_, file, options_, cells_);
   looks_.emplace_back();
+}
+
+void Session::add_drape(const std::vector<std::filesystem::path>& files, RasterKind kind) {
+  const bool is_photo = kind == RasterKind::kPhoto;
+  auto drape =
+      std::make_unique<Drape>(files, kind, layers_.front()->file().header().crs_text,
+                              static_cast<std::uint64_t>(options_.drape_memory_mib * 1048576.0));
+  if (!is_photo) style_.difference_high_m = options_.difference_range_m.value_or(drape->range());
+  (is_photo ? photo_ : difference_) = std::move(drape);
+  cover_ = is_photo ? Cover::kPhoto : Cover::kDifference;
+}
+
+Drape* Session::shown_drape() const {
+  if (cover_ == Cover::kPhoto) return photo_.get();
+  if (cover_ == Cover::kDifference) return difference_.get();
+  return nullptr;
+}
+
+Cover Session::cover() const { return shown_drape() != nullptr ? cover_ : Cover::kNone; }
+
+void Session::update_drape(const LayerView& view, FrameCounts& counts) {
+  Drape* drape = shown_drape();
+  renderer_.set_drape(drape != nullptr ? &drape->texture() : nullptr);
+  if (drape == nullptr) return;
+  const SceneBox box = box_of(layers_);
+  const TileView tiles{view.camera,         double(view.width) / view.height,
+                       double(view.height), box.lowest.z,
+                       box.highest.z,       0.0};
+  if (view.seconds > 0.0)
+    drape->update(tiles, view.velocity, frame_);
+  else
+    drape->settle(tiles, frame_);
+  counts.drape = drape->counts();
 }
 
 FrameCounts Session::draw(GLuint framebuffer, int width, int height, const Camera& camera,
@@ -47,6 +84,7 @@ FrameCounts Session::draw(GLuint framebuffer, int width, int height, const Camer
     counts.uploaded_bytes += layers_[i]->counts().uploaded_bytes;
   }
   counts.is_settled = counts.missing == 0;
+  update_drape(view, counts);
   counts.select_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   renderer_.begin(framebuffer, width, height, camera, style_, options_.has_sky ? nullptr : &kBlack);
@@ -68,6 +106,10 @@ std::vector<std::string> Session::take_failures() {
   std::vector<std::string> all;
   for (const auto& layer : layers_)
     for (std::string& failure : layer->take_failures()) all.push_back(std::move(failure));
+  for (Drape* drape : {photo_.get(), difference_.get()}) {
+    if (drape == nullptr) continue;
+    for (std::string& failure : drape->take_failures()) all.push_back(std::move(failure));
+  }
   return all;
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "terrain-viewer/app/scene_setup.h"
+#include "terrain-viewer/render/drape.h"
 #include "terrain-viewer/render/terrain_renderer.h"
 
 namespace cornice::viewer {
@@ -18,11 +19,15 @@ struct LayerLook {
   double opacity = 1.0;
 };
 
+/// What lies over the ground's own colours.
+enum class Cover { kNone, kPhoto, kDifference };
+
 /// What one frame took.
 struct FrameCounts {
   double select_ms = 0.0;  ///< choosing, reading out of the store, upload
   std::uint64_t triangles = 0;
   std::uint32_t cells = 0, calls = 0, missing = 0;
+  DrapeCounts drape;
   std::uint64_t uploaded_bytes = 0;
   bool is_settled = true;  ///< nothing that the view needs is missing
 };
@@ -30,7 +35,7 @@ struct FrameCounts {
 /// For the thread of the context, which must be current.
 class Session {
  public:
-  /// Throws as open_layers and style_for.
+  /// Throws as open_layers, style_for and Drape.
   explicit Session(const Options& options);
 
   Layers& layers() { return layers_; }
@@ -40,22 +45,36 @@ class Session {
   double& error_pixels() { return options_.error_pixels; }
   /// Adds a file as the last layer. Throws as open_layers.
   void add_layer(const std::filesystem::path& file);
+  /// Lays rasters over the ground, as photograph or differences, in place of those before, and
+  /// shows them. Throws as Drape.
+  void add_drape(const std::vector<std::filesystem::path>& files, RasterKind kind);
+  /// Null where none has been added.
+  const Drape* photo() const { return photo_.get(); }
+  const Drape* difference() const { return difference_.get(); }
+  /// Which of both is shown; kNone where that one is not there.
+  Cover cover() const;
+  void set_cover(Cover cover) { cover_ = cover; }
 
   /// Draws into a framebuffer. seconds since the frame before; 0: waits for all that it needs.
   /// swipe_column: from this pixel column on the last visible layer is drawn, left of it the
   /// others; below 0: all layers everywhere.
   FrameCounts draw(GLuint framebuffer, int width, int height, const Camera& camera, double seconds,
                    Vec3d velocity, double swipe_column = -1.0);
-  /// Messages about cells that could not be read since the last call.
+  /// Messages about cells and tiles that could not be read since the last call.
   std::vector<std::string> take_failures();
 
  private:
+  Drape* shown_drape() const;
+  void update_drape(const LayerView& view, FrameCounts& counts);
+
   Options options_;
   TerrainRenderer renderer_;
   GpuCells cells_;
   Layers layers_;
   std::vector<LayerLook> looks_;
   Style style_;
+  std::unique_ptr<Drape> photo_, difference_;
+  Cover cover_ = Cover::kNone;
   std::uint64_t frame_ = 0;
 };
 

@@ -297,6 +297,7 @@ class WindowApp {
                                            kShadingNames.size());
     if (pressed(GLFW_KEY_C)) style.contour_interval_m = style.contour_interval_m > 0.0 ? 0.0 : 20.0;
     if (pressed(GLFW_KEY_X)) style.has_edges = !style.has_edges;
+    if (pressed(GLFW_KEY_O)) next_cover();
     auto& looks = session_.looks();
     for (int i = 0; i < 9; ++i)
       if (pressed(GLFW_KEY_1 + i) && static_cast<std::size_t>(i) < looks.size())
@@ -306,6 +307,20 @@ class WindowApp {
       const bool last = looks.back().is_visible;
       looks.back().is_visible = !last;
       looks[looks.size() - 2].is_visible = last;
+    }
+  }
+
+  void next_cover() {
+    const bool has_difference = session_.difference() != nullptr;
+    switch (session_.cover()) {
+      case Cover::kNone:
+        session_.set_cover(session_.photo() != nullptr ? Cover::kPhoto : Cover::kDifference);
+        break;
+      case Cover::kPhoto:
+        session_.set_cover(has_difference ? Cover::kDifference : Cover::kNone);
+        break;
+      case Cover::kDifference:
+        session_.set_cover(Cover::kNone);
     }
   }
 
@@ -359,7 +374,12 @@ class WindowApp {
 
   void open_file(const char* path) {
     try {
-      session_.add_layer(path);
+      const std::string ending = std::filesystem::path(path).extension().string();
+      const auto kind = ending == ".hlod" ? std::nullopt : raster_kind(path);
+      if (kind)
+        session_.add_drape({path}, *kind);
+      else
+        session_.add_layer(path);
       panels_.message = std::string("opened ") + path;
     } catch (const Error& error) {
       panels_.message = error.what();

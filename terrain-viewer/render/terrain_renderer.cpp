@@ -106,6 +106,13 @@ GlTexture make_ramp_texture() {
   return GlTexture(id);
 }
 
+void write_ramp(const GlTexture& texture, const Ramp& ramp) {
+  const auto table = ramp.table(kRampTexels);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTextureSubImage1D(texture.id(), 0, 0, kRampTexels, GL_RGB, GL_UNSIGNED_BYTE, table.data());
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+}
+
 FrameBlock frame_block(const Camera& camera, int width, int height, const Style& style,
                        const Swipe& swipe) {
   FrameBlock block;
@@ -143,7 +150,9 @@ struct TerrainRenderer::State {
   GlProgram edges = make_program("edges", shaders::kSurfaceVertex, shaders::kEdgesFragment);
   GlVertexArray array = make_vertex_array();
   GlBuffer frame = make_buffer(sizeof(FrameBlock));
-  GlTexture ramp = make_ramp_texture();
+  GlBuffer drape_block = make_buffer(sizeof(DrapeBlock));
+  GlTexture ramp = make_ramp_texture(), drape_ramp = make_ramp_texture();
+  DrapeTexture* drape = nullptr;
   GrowingBuffer records, commands, draw_indices;
   std::size_t draw_index_count = 0;
   Camera camera;
@@ -153,11 +162,22 @@ struct TerrainRenderer::State {
     const FrameBlock block = frame_block(camera, width, height, style, swipe);
     glNamedBufferSubData(frame.id(), 0, sizeof block, &block);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, frame.id());
-    if (const auto colours = ramp_of(style)) {
-      const auto table = colours->table(kRampTexels);
-      glTextureSubImage1D(ramp.id(), 0, 0, kRampTexels, GL_RGB, GL_UNSIGNED_BYTE, table.data());
-    }
+    if (const auto colours = ramp_of(style)) write_ramp(ramp, *colours);
     glBindTextureUnit(0, ramp.id());
+    set_drape_block(style);
+  }
+
+  void set_drape_block(const Style& style) {
+    DrapeBlock block;
+    if (drape != nullptr) block = drape->bind(camera.eye);
+    const Ramp colours = difference_ramp(style.difference_high_m);
+    block.texel[2] = static_cast<float>(style.drape_opacity);
+    block.texel[3] = static_cast<float>(style.photo_relief);
+    block.ramp = {static_cast<float>(colours.low()), static_cast<float>(colours.high()), 0, 0};
+    write_ramp(drape_ramp, colours);
+    glBindTextureUnit(3, drape_ramp.id());
+    glNamedBufferSubData(drape_block.id(), 0, sizeof block, &block);
+    glBindBufferBase(GL_UNIFORM_BUFFER, 1, drape_block.id());
   }
 
   /// Sends the list to the GPU and binds it; returns what a draw call would draw.
@@ -250,6 +270,8 @@ void TerrainRenderer::begin(GLuint framebuffer, int width, int height, const Cam
   state_->set_frame(style, {});
   if (clear_colour == nullptr) state_->draw_sky();
 }
+
+void TerrainRenderer::set_drape(DrapeTexture* drape) { state_->drape = drape; }
 
 DrawCounts TerrainRenderer::draw(const DrawList& list, const GpuCells& cells, const Style& style,
                                  const Swipe& swipe) {

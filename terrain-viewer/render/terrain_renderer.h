@@ -8,6 +8,7 @@
 
 #include "hlod/file.h"
 #include "hlod/morph.h"
+#include "terrain-viewer/render/drape_texture.h"
 #include "terrain-viewer/render/gpu_cells.h"
 #include "terrain-viewer/scene/camera.h"
 #include "terrain-viewer/scene/style.h"
@@ -50,6 +51,8 @@ class TerrainRenderer {
   /// Clears the target and draws the sky, or `clear_colour` where there is one.
   void begin(GLuint framebuffer, int width, int height, const Camera& camera, const Style& style,
              const Colour* clear_colour = nullptr);
+  /// What lies over all that is drawn from now on; null: nothing. Must live as long as that.
+  void set_drape(DrapeTexture* drape);
   /// Draws one hierarchy over what is there. begin comes first.
   DrawCounts draw(const DrawList& list, const GpuCells& cells, const Style& style,
                   const Swipe& swipe = {});

@@ -45,6 +45,9 @@ struct Style {
   double support_high_m = 2.0;
   bool has_edges = false;
   double opacity = 1.0;
+  double drape_opacity = 1.0;      ///< of a draped raster over these colours
+  double photo_relief = 0.25;      ///< 0: photographs as they are; 1: lit as all else
+  double difference_high_m = 1.0;  ///< end of the ramp of draped differences
 };
 
 /// The ramp that a shading uses; nothing where it has none.

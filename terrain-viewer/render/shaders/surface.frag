@@ -72,6 +72,8 @@ void main() {
   // Seen from within the ground there is nothing to be seen but that it is the ground.
   bool from_below = !gl_FrontFacing;
   float height = attributes.w;
+  vec4 over = drape_colour(from_eye.xy, n);
+  if (from_below) over.a = 0.0;
   vec3 colour = from_below ? vec3(0.25, 0.22, 0.20) : surface_colour(n, height);
   if (frame.shading.x == kNormal) {
     result = vec4(colour, frame.eye_height.w);
@@ -81,7 +83,11 @@ void main() {
   float diffuse = max(dot(n, frame.sun.xyz), 0.0) * frame.sun.w;
   vec3 ambient = mix(frame.ground_colour.rgb, frame.sky_colour.rgb, 0.5 + 0.5 * n.z) *
                  frame.sky_colour.w;
-  vec3 lit = colour * (ambient + vec3(1.0, 0.96, 0.88) * diffuse);
+  vec3 light = ambient + vec3(1.0, 0.96, 0.88) * diffuse;
+  vec3 lit = colour * light;
+  // A photograph has its own light and shade.
+  bool is_photo = drape.what.x == 1;
+  lit = mix(lit, over.rgb * (is_photo ? mix(vec3(1.0), light, drape.texel.w) : light), over.a);
 
   if (frame.contours.x > 0.0) {
     float line = height / frame.contours.x;
@@ -104,6 +110,8 @@ void main() {
     lit = mix(pow(frame.haze_colour.rgb, vec3(2.2)), lit, through);
   }
   // Bright snow keeps its relief: what is above one half is pressed into what is left.
-  lit = mix(lit, 0.5 + 0.5 * (1.0 - exp(1.0 - 2.0 * lit)), vec3(greaterThan(lit, vec3(0.5))));
+  vec3 pressed =
+      mix(lit, 0.5 + 0.5 * (1.0 - exp(1.0 - 2.0 * lit)), vec3(greaterThan(lit, vec3(0.5))));
+  lit = is_photo ? mix(pressed, lit, over.a) : pressed;
   result = vec4(pow(clamp(lit, 0.0, 1.0), vec3(1.0 / 2.2)), frame.eye_height.w);
 }
