@@ -128,7 +128,7 @@ TEST_F(StageFrame, StopsOnASignalWithoutAHalfFile) {
     const ProcessResult result = run_process({kProbe, folder_ / "in.txt", "-o", folder_ / "out.txt",
                                               "--count", "60000", "--no-progress", "--mark", mark},
                                              number, mark);
-    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(8));
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(40));
     expect_failure(result, 128 + number, "stopped by signal " + std::to_string(number));
   }
 }
