@@ -17,8 +17,15 @@ namespace {
 constexpr std::size_t kTriangleGrain = std::size_t{1} << 17;
 constexpr int kMaxLevel = 16;
 
-struct MeshArea {
-  double plan = 0, whole = 0;
+// Memory of a block while it is simplified, with its cells, for each of its triangles.
+constexpr std::uint64_t kBytesPerBlockTriangle = 400;
+// A block is large where so many like it would fill the memory.
+constexpr std::uint64_t kLargeBlocks = 64;
+
+/// Of some triangles.
+struct MeshExtent {
+  double plan = 0, whole = 0;  ///< areas
+  Vec3f low, high;
 };
 
 std::uint32_t attributes_of(const Mesh& mesh) {
@@ -32,6 +39,25 @@ std::uint32_t attributes_of(const Mesh& mesh) {
     if (p.name == "red") attributes |= kHasColour;
   }
   return attributes;
+}
+
+MeshExtent extent_of(const Mesh& mesh, std::size_t begin, std::size_t end) {
+  MeshExtent extent;
+  extent.low = extent.high = mesh.positions[mesh.triangles[begin][0]];
+  for (std::size_t i = begin; i < end; ++i) {
+    const auto& t = mesh.triangles[i];
+    const Vec3f a = mesh.positions[t[0]], b = mesh.positions[t[1]], c = mesh.positions[t[2]];
+    const Vec3f n = cross(b - a, c - a);
+    extent.plan += 0.5 * std::abs(double{n.z});
+    extent.whole += 0.5 * double{norm(n)};
+    for (const Vec3f p : {a, b, c}) {
+      extent.low = {std::min(extent.low.x, p.x), std::min(extent.low.y, p.y),
+                    std::min(extent.low.z, p.z)};
+      extent.high = {std::max(extent.high.x, p.x), std::max(extent.high.y, p.y),
+                     std::max(extent.high.z, p.z)};
+    }
+  }
+  return extent;
 }
 
 double chosen_side(const InputSummary& input, const BuildOptions& options) {
@@ -111,7 +137,6 @@ void summarise(const Mesh& mesh, const std::string& name, int threads, InputSumm
       throw InputError(name, "vertex " + std::to_string(&p - mesh.positions.data()) +
                                  " is not finite; repair the mesh");
     }
-    summary.box.add(mesh.origin + p.cast<double>());
   }
   for (const auto& t : mesh.triangles) {
     if (std::max({t[0], t[1], t[2]}) >= mesh.positions.size()) {
@@ -120,25 +145,15 @@ void summarise(const Mesh& mesh, const std::string& name, int threads, InputSumm
     }
   }
   summary.triangles += mesh.triangles.size();
-  const MeshArea area = parallel_reduce(
-      mesh.triangles.size(), kTriangleGrain, threads, MeshArea{},
-      [&](std::size_t begin, std::size_t end) {
-        MeshArea part;
-        for (std::size_t i = begin; i < end; ++i) {
-          const auto& t = mesh.triangles[i];
-          const Vec3f a = mesh.positions[t[0]];
-          const Vec3f n = cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a);
-          part.plan += 0.5 * std::abs(double{n.z});
-          part.whole += 0.5 * double{norm(n)};
-        }
-        return part;
-      },
-      [](MeshArea& sum, const MeshArea& part) {
-        sum.plan += part.plan;
-        sum.whole += part.whole;
+  parallel_reduce(
+      mesh.triangles.size(), kTriangleGrain, threads, MeshExtent{},
+      [&](std::size_t begin, std::size_t end) { return extent_of(mesh, begin, end); },
+      [&](MeshExtent&, const MeshExtent& part) {
+        summary.box.add(mesh.origin + part.low.cast<double>());
+        summary.box.add(mesh.origin + part.high.cast<double>());
+        summary.plan_area_m2 += part.plan;
+        summary.area_m2 += part.whole;
       });
-  summary.plan_area_m2 += area.plan;
-  summary.area_m2 += area.whole;
   summary.attributes |= attributes_of(mesh);
 }
 
@@ -200,13 +215,22 @@ LevelCounts build_level(CellSource& source, const Header& header, const BlockOpt
     std::vector<CellKey> keys;
     for (const std::size_t i : blocks[b]) keys.push_back(infos[i].key);
     if (task.skips && task.skips(keys)) return;
+    std::uint64_t bytes = 0;
+    for (const std::size_t i : blocks[b]) bytes += infos[i].triangles * kBytesPerBlockTriangle;
+    const MemoryGate::Hold hold =
+        task.gate == nullptr
+            ? MemoryGate::Hold(nullptr, 0)
+            : task.gate->hold("the block around " + cell_name(keys.front()), bytes);
     std::vector<BuildCell> cells;
     for (const std::size_t i : blocks[b]) cells.push_back(source.take(i));
     std::vector<const BuildCell*> pointers;
     for (const BuildCell& cell : cells) pointers.push_back(&cell);
     std::unique_ptr<BlockBuilder> builder = builders.take();
     BlockResult result = builder->run(pointers);
-    builders.give_back(std::move(builder));
+    // Builders keep their memory: those of unusually large blocks must not.
+    const bool is_large = task.gate != nullptr && bytes > task.gate->bytes() / kLargeBlocks;
+    if (!is_large) builders.give_back(std::move(builder));
+    builder.reset();
     locked[b] = result.counts.locked_vertices;
     cells.clear();
     for (BuildCell& parent : result.parents) parents(std::move(parent));

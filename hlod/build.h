@@ -13,6 +13,7 @@
 #include "core/mesh/mesh.h"
 #include "hlod/build_block.h"
 #include "hlod/build_leaves.h"
+#include "hlod/build_memory.h"
 #include "hlod/file.h"
 
 namespace cornice::hlod {
@@ -26,8 +27,10 @@ struct InputSummary {
   std::string crs_text;                  ///< of the first that has one
 };
 
-/// Adds one mesh. Throws InputError where its reference system is another, or where its vertices
-/// are not finite; `name` is for the message.
+/// Adds one mesh, or the next piece of one; the box is that of its triangles. Pieces that are all
+/// of the same multiple of 131072 triangles but the last sum up as the whole does, bit for bit.
+/// Throws InputError where its reference system is another, or where its vertices are not finite;
+/// `name` is for the message.
 void summarise(const Mesh& mesh, const std::string& name, int threads, InputSummary& summary);
 
 struct BuildOptions {
@@ -93,6 +96,7 @@ struct LevelTask {
   int threads = 0;
   /// Blocks to leave out; none where empty. Given the block's cells' keys.
   std::function<bool(const std::vector<CellKey>& cells)> skips;
+  MemoryGate* gate = nullptr;  ///< for the blocks that are worked on at a time; none: no limit
 };
 
 /// Simplifies the cells of one level above 0. The same cells and parts for any number of threads.

@@ -5,10 +5,12 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "hlod/build.h"
+#include "hlod/build_region.h"
 #include "hlod/build_spool.h"
 
 namespace cornice::hlod {
@@ -20,7 +22,10 @@ class WorkFolder {
   /// Throws RunError where it cannot be made, or where it holds files that are no build's.
   WorkFolder(std::filesystem::path folder, std::string text);
   std::filesystem::path leaves() const { return folder_ / "leaves.spool"; }
-  /// Parts of a level and cells of the next coarser one.
+  /// What becomes the leaves: pieces of cells, and those joined to cells.
+  std::filesystem::path pieces() const { return folder_ / "pieces.spool"; }
+  std::filesystem::path joined() const { return folder_ / "joined.spool"; }
+  /// Cells of a level, and parts of the next finer one.
   std::filesystem::path level(int level) const;
   const std::string& text() const { return text_; }
   const std::filesystem::path& path() const { return folder_; }
@@ -33,26 +38,51 @@ class WorkFolder {
   std::string text_;
 };
 
-/// Makes the finest level on disk, of meshes that are given one after the other.
+/// What of a hierarchy is built on disk, and with what; all of it where nothing is said.
+struct DiskTask {
+  int threads = 0;
+  /// Triangles that are sorted into cells at a time.
+  std::size_t piece_triangles = std::size_t{1} << 22;
+  MemoryGate* gate = nullptr;      ///< for cells and blocks in flight; none: no limit
+  const Region* region = nullptr;  ///< of the finer levels, what one job builds
+  /// Where building begins with folder.level(first_level), whose cells do not know their sharers,
+  /// instead of folder.leaves().
+  std::optional<int> first_level;
+};
+
+/// Makes the finest level on disk, of meshes that are given one after the other, in pieces of any
+/// size. What a killed build has sorted or joined already is not asked for again.
 class DiskLeaves {
  public:
+  DiskLeaves(const WorkFolder& folder, const Header& header, std::uint64_t max_pieces,
+             const DiskTask& task);
   DiskLeaves(const WorkFolder& folder, const Header& header, std::uint64_t max_pieces, int threads);
+  /// Whether meshes have to be added; all of them, then, or none.
+  bool wants_meshes() const { return pieces_ != nullptr; }
   void add(const Mesh& mesh);
   /// Writes folder.leaves().
   LeafCounts finish(Progress& progress);
 
  private:
-  void join(LeafCounts& counts, std::vector<RimVertex>& rim, Progress& progress) const;
+  void join(Progress& progress) const;
 
   const WorkFolder& folder_;
   Header header_;
-  int threads_;
+  DiskTask task_;
   LeafMaker maker_;
   std::unique_ptr<SpoolWriter> pieces_;
 };
 
-/// Builds all levels from folder.leaves() on, those that are there already left alone, and hands
-/// the parts of every level to `parts` as they are stored, encoded.
+/// What DiskLeaves counted when it made folder.leaves().
+LeafCounts counts_of_leaves(const WorkFolder& folder);
+
+/// Builds all levels from the finest (or task.first_level) on, those that are there already left
+/// alone, and hands the parts of every level to `parts` as they are stored, encoded. With a region
+/// it ends at the region's level, whose cells then are in folder.level(), or in folder.leaves().
+std::vector<LevelCounts> build_levels_on_disk(
+    const WorkFolder& folder, const Header& header, const BlockOptions& options,
+    const DiskTask& task, const std::function<void(const Node&, std::span<const std::byte>)>& parts,
+    Progress& progress = no_progress());
 std::vector<LevelCounts> build_levels_on_disk(
     const WorkFolder& folder, const Header& header, const BlockOptions& options, int threads,
     const std::function<void(const Node&, std::span<const std::byte>)>& parts,

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <numeric>
 #include <string>
 #include <utility>
@@ -176,18 +177,37 @@ struct LeafMaker::Soup {
   std::vector<CellVertex> vertices;
   std::vector<Triangle> triangles;
   bool has_normals = false;
+  std::size_t own_vertices = 0;  ///< the mesh's; those of pieces of long triangles follow
+  std::size_t most = 0;          ///< triangles
+  const Sink* sink = nullptr;
 };
 
 std::vector<BuildCell> LeafMaker::pieces(const Mesh& mesh) {
+  std::vector<BuildCell> all;
+  pieces(mesh, std::numeric_limits<std::size_t>::max(),
+         [&](BuildCell piece) { all.push_back(std::move(piece)); });
+  return all;
+}
+
+void LeafMaker::pieces(const Mesh& mesh, std::size_t most, const Sink& sink) {
   Soup soup;
+  soup.most = most;
+  soup.sink = &sink;
   take_vertices(mesh, soup);
   take_triangles(mesh, soup);
-  return sort_into_cells(soup);
+  flush(soup);
+}
+
+void LeafMaker::flush(Soup& soup) const {
+  for (BuildCell& piece : sort_into_cells(soup)) (*soup.sink)(std::move(piece));
+  soup.triangles.clear();
+  soup.vertices.resize(soup.own_vertices);
 }
 
 void LeafMaker::take_vertices(const Mesh& mesh, Soup& soup) const {
   soup.has_normals = !mesh.normals.empty();
-  soup.vertices.resize(mesh.positions.size());
+  soup.own_vertices = mesh.positions.size();
+  soup.vertices.resize(soup.own_vertices);
   const Lattice& lattice = header_.lattice;
   const double scale = 1.0 / lattice.step(lattice.finest_level);
   const Vec3d shift = mesh.origin - lattice.origin;
@@ -206,10 +226,11 @@ void LeafMaker::take_vertices(const Mesh& mesh, Soup& soup) const {
 
 void LeafMaker::take_triangles(const Mesh& mesh, Soup& soup) {
   counts_.triangles += mesh.triangles.size();
-  soup.triangles.reserve(mesh.triangles.size());
+  soup.triangles.reserve(std::min(mesh.triangles.size(), soup.most));
   const auto limit = static_cast<std::int64_t>(header_.edge_share *
                                                static_cast<double>(1 << header_.lattice.cell_bits));
   for (const Triangle& t : mesh.triangles) {
+    if (soup.triangles.size() >= soup.most) flush(soup);
     const LatticePoint a = soup.vertices[t[0]].position, b = soup.vertices[t[1]].position,
                        c = soup.vertices[t[2]].position;
     if (a == b || b == c || c == a) {
@@ -225,39 +246,46 @@ void LeafMaker::take_triangles(const Mesh& mesh, Soup& soup) {
 }
 
 /// Halves the longest edge until all are short. Whether and where an edge is halved depends on its
-/// two ends alone, so that whoever shares it halves it alike.
+/// two ends alone, so that whoever shares it halves it alike. What waits is kept by value: the soup
+/// may be flushed meanwhile.
 void LeafMaker::split(const Triangle& triangle, Soup& soup) {
   const auto limit = static_cast<std::int64_t>(header_.edge_share *
                                                static_cast<double>(1 << header_.lattice.cell_bits));
-  std::vector<Triangle> open{triangle};
+  using Corners = std::array<CellVertex, 3>;
+  std::vector<Corners> open{
+      {soup.vertices[triangle[0]], soup.vertices[triangle[1]], soup.vertices[triangle[2]]}};
   while (!open.empty()) {
-    const Triangle t = open.back();
+    const Corners t = open.back();
     open.pop_back();
     std::int64_t longest = -1;
     std::size_t at = 0;
     for (std::size_t e = 0; e < 3; ++e) {
-      const std::int64_t length = edge_length(
-          soup.vertices[t[e]].position, soup.vertices[t[(e + 1) % 3]].position, header_.partition);
+      const std::int64_t length =
+          edge_length(t[e].position, t[(e + 1) % 3].position, header_.partition);
       if (length > longest) longest = length, at = e;
     }
     if (longest <= limit) {
-      const LatticePoint a = soup.vertices[t[0]].position, b = soup.vertices[t[1]].position,
-                         c = soup.vertices[t[2]].position;
-      if (a == b || b == c || c == a) continue;
-      soup.triangles.push_back(t);
-      if (++counts_.split_pieces > max_pieces_) {
-        throw InputError("", "triangles much longer than a cell's side would make more than " +
-                                 std::to_string(max_pieces_) +
-                                 " pieces; choose a larger --cell-side");
-      }
+      add_piece(t, soup);
       continue;
     }
-    const std::uint32_t a = t[at], b = t[(at + 1) % 3], c = t[(at + 2) % 3];
-    const auto m = static_cast<std::uint32_t>(soup.vertices.size());
-    soup.vertices.push_back(middle_of(soup.vertices[a], soup.vertices[b], header_.normal_bits));
+    const CellVertex &a = t[at], &b = t[(at + 1) % 3], &c = t[(at + 2) % 3];
+    const CellVertex m = middle_of(a, b, header_.normal_bits);
     open.push_back({m, b, c});
     open.push_back({a, m, c});
   }
+}
+
+void LeafMaker::add_piece(const std::array<CellVertex, 3>& corners, Soup& soup) {
+  const LatticePoint a = corners[0].position, b = corners[1].position, c = corners[2].position;
+  if (a == b || b == c || c == a) return;
+  if (++counts_.split_pieces > max_pieces_) {
+    throw InputError("", "triangles much longer than a cell's side would make more than " +
+                             std::to_string(max_pieces_) + " pieces; choose a larger --cell-side");
+  }
+  if (soup.triangles.size() >= soup.most) flush(soup);
+  const auto first = static_cast<std::uint32_t>(soup.vertices.size());
+  soup.vertices.insert(soup.vertices.end(), corners.begin(), corners.end());
+  soup.triangles.push_back({first, first + 1, first + 2});
 }
 
 std::vector<BuildCell> LeafMaker::sort_into_cells(Soup& soup) const {

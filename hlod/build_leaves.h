@@ -3,6 +3,8 @@
 // Li 2024, "Multi-scale simplification and visualization of large 3D models", 3.2.3.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -29,9 +31,15 @@ class LeafMaker {
   LeafMaker(const Header& header, std::uint64_t max_pieces, int threads)
       : header_(header), max_pieces_(max_pieces), threads_(threads) {}
 
+  /// Takes a piece of a cell.
+  using Sink = std::function<void(BuildCell piece)>;
+
   /// The mesh's triangles by cell, in the order of their keys; in a cell, triangles keep their
   /// order and vertices are numbered by first use. No sharers yet.
   std::vector<BuildCell> pieces(const Mesh& mesh);
+  /// The same for at most `most` triangles at a time, in several pieces of a cell where there are
+  /// more.
+  void pieces(const Mesh& mesh, std::size_t most, const Sink& sink);
   const LeafCounts& counts() const { return counts_; }
 
  private:
@@ -39,6 +47,8 @@ class LeafMaker {
   void take_vertices(const Mesh& mesh, Soup& soup) const;
   void take_triangles(const Mesh& mesh, Soup& soup);
   void split(const Triangle& triangle, Soup& soup);
+  void add_piece(const std::array<CellVertex, 3>& corners, Soup& soup);
+  void flush(Soup& soup) const;
   std::vector<BuildCell> sort_into_cells(Soup& soup) const;
 
   Header header_;

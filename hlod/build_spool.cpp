@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Layout: the mark, records, the footer (text, table of cells, table of parts), and last the
-// footer's place, its checksum and the mark again.
+// Layout: the mark, records, the footer (text, table of cells, table of parts, numbers), and last
+// the footer's place, its checksum and the mark again.
 #include "hlod/build_spool.h"
 
 #include <fcntl.h>
@@ -22,7 +22,7 @@
 namespace cornice::hlod {
 namespace {
 
-constexpr std::array<char, 8> kMark{'C', 'H', 'L', 'S', 'P', 'L', '0', '1'};
+constexpr std::array<char, 8> kMark{'C', 'H', 'L', 'S', 'P', 'L', '0', '2'};
 
 struct Tail {
   std::uint64_t footer = 0, checksum = 0;
@@ -179,7 +179,7 @@ void SpoolWriter::add(const Node& node, std::span<const std::byte> block) {
   write_at(state_->descriptor, state_->file.target().string(), block, entry.offset);
 }
 
-void SpoolWriter::commit() {
+void SpoolWriter::commit(const std::vector<std::uint64_t>& numbers) {
   State& s = *state_;
   std::stable_sort(s.cells.begin(), s.cells.end(),
                    [](const SpoolCell& a, const SpoolCell& b) { return a.key < b.key; });
@@ -187,9 +187,11 @@ void SpoolWriter::commit() {
   footer.put(std::uint64_t{s.text.size()});
   footer.put(std::uint64_t{s.cells.size()});
   footer.put(std::uint64_t{s.parts.size()});
+  footer.put(std::uint64_t{numbers.size()});
   footer.put(std::vector<char>(s.text.begin(), s.text.end()));
   footer.put(s.cells);
   footer.put(s.parts);
+  footer.put(numbers);
   Tail tail;
   tail.footer = s.end;
   tail.checksum = XXH3_64bits(footer.bytes.data(), footer.bytes.size());
@@ -203,6 +205,7 @@ void SpoolWriter::commit() {
 
 struct Spool::State {
   std::string name, text;
+  std::vector<std::uint64_t> numbers;
   int descriptor = -1;
   std::vector<SpoolCell> cells;
   std::vector<SpoolPart> parts;
@@ -227,15 +230,17 @@ Spool::Spool(const std::filesystem::path& path) : state_(std::make_unique<State>
         read_at(s.descriptor, s.name, tail.footer, bytes - sizeof tail - tail.footer);
     Taker taker(footer, s.name);
     if (XXH3_64bits(footer.data(), footer.size()) != tail.checksum) taker.fail();
-    std::uint64_t text = 0, cells = 0, parts = 0;
+    std::uint64_t text = 0, cells = 0, parts = 0, numbers = 0;
     taker.take(text);
     taker.take(cells);
     taker.take(parts);
+    taker.take(numbers);
     std::vector<char> letters;
     taker.take(letters, text);
     s.text.assign(letters.begin(), letters.end());
     taker.take(s.cells, cells);
     taker.take(s.parts, parts);
+    taker.take(s.numbers, numbers);
   } catch (...) {
     ::close(s.descriptor);
     throw;
@@ -245,6 +250,7 @@ Spool::Spool(const std::filesystem::path& path) : state_(std::make_unique<State>
 Spool::~Spool() { ::close(state_->descriptor); }
 
 const std::string& Spool::text() const { return state_->text; }
+const std::vector<std::uint64_t>& Spool::numbers() const { return state_->numbers; }
 const std::vector<SpoolCell>& Spool::cells() const { return state_->cells; }
 const std::vector<SpoolPart>& Spool::parts() const { return state_->parts; }
 

@@ -41,7 +41,8 @@ class SpoolWriter {
 
   void add(const BuildCell& cell);
   void add(const Node& node, std::span<const std::byte> block);
-  void commit();
+  /// `numbers` are for whoever reads it.
+  void commit(const std::vector<std::uint64_t>& numbers = {});
 
  private:
   struct State;
@@ -58,6 +59,7 @@ class Spool {
   Spool& operator=(const Spool&) = delete;
 
   const std::string& text() const;
+  const std::vector<std::uint64_t>& numbers() const;
   /// In the order of their keys; of one key, in the order in which they were added.
   const std::vector<SpoolCell>& cells() const;
   const std::vector<SpoolPart>& parts() const;

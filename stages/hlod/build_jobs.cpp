@@ -5,26 +5,22 @@
 #include <charconv>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/base/memory.h"
 #include "core/cli/version.h"
-#include "core/io/ply.h"
 #include "hlod/build_disk.h"
 #include "hlod/build_region.h"
 #include "hlod/build_spool.h"
 #include "hlod/file.h"
+#include "stages/hlod/build_input.h"
 
 namespace cornice::hlod {
 namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-
-/// Bytes that building in memory takes per triangle, measured on grids and on LiDAR meshes, with
-/// some room.
-constexpr std::uint64_t kBytesInMemory = 150;
 
 /// What is the same for every way to build the same file.
 Json provenance_of(const BuildCommand& command, const Header& header) {
@@ -95,60 +91,35 @@ void report_levels(const std::vector<LevelCounts>& levels, Report& report) {
   report.quality("levels", rows);
 }
 
-/// The tiles, kept in memory as long as building there would fit.
-struct Input {
-  InputSummary summary;
-  std::vector<Mesh> meshes;  ///< empty where they do not fit
-  bool fits = true;
-};
-
-Input read_tiles(const BuildCommand& command, StageContext& context, std::uint64_t limit_bytes) {
-  Input input;
-  input.fits = !command.out_of_core;
-  context.progress.begin("read", command.tiles.size());
-  for (const fs::path& tile : command.tiles) {
-    check_cancelled(context.progress);
-    context.report.add_input(tile);
-    Mesh mesh = read_ply_mesh(tile);
-    summarise(mesh, tile.string(), context.options.threads, input.summary);
-    input.fits = input.fits && input.summary.triangles * kBytesInMemory < limit_bytes;
-    if (input.fits) {
-      input.meshes.push_back(std::move(mesh));
-    } else {
-      input.meshes = {};
-    }
-    context.progress.advance(1);
-  }
-  context.progress.end();
-  return input;
+/// Where cells on disk go.
+fs::path work_folder(const BuildCommand& command) {
+  if (!command.work.empty()) return command.work;
+  return command.output.parent_path() / ("." + command.output.filename().string() + ".work");
 }
 
-/// Calls act(mesh) for every tile in order; tiles are read again where they were not kept.
-void for_each_tile(const BuildCommand& command, Input& input, StageContext& context,
-                   const std::function<void(const Mesh&)>& act) {
-  context.progress.begin("sort into cells", command.tiles.size());
-  for (std::size_t i = 0; i < command.tiles.size(); ++i) {
-    check_cancelled(context.progress);
-    act(input.meshes.empty() ? read_ply_mesh(command.tiles[i]) : std::move(input.meshes[i]));
-    if (!input.meshes.empty()) input.meshes[i] = {};
-    context.progress.advance(1);
-  }
-  context.progress.end();
-}
-
-void build_in_memory(const BuildCommand& command, const Header& header, Input& input,
-                     StageContext& context) {
+/// False where long triangles made more pieces than memory holds; nothing is written then.
+bool build_in_memory(const BuildCommand& command, const Header& header, const MemoryPlan& plan,
+                     BuildInput& input, StageContext& context) {
   const int threads = context.options.threads;
+  const std::uint64_t most = context.memory.limit_bytes() / kBytesInMemory;
   LeafMaker maker(header, command.options.max_pieces, threads);
   LeafCounts counts;
   std::vector<BuildCell> leaves;
+  std::uint64_t triangles = 0;
   context.report.step("leaves", [&] {
-    std::vector<std::vector<BuildCell>> pieces;
-    for_each_tile(command, input, context,
-                  [&](const Mesh& mesh) { pieces.push_back(maker.pieces(mesh)); });
+    std::vector<std::vector<BuildCell>> pieces(1);
+    input.for_each([&](const Mesh& mesh) {
+      if (triangles > most) return;
+      maker.pieces(mesh, plan.piece_triangles, [&](BuildCell piece) {
+        triangles += piece.triangles.size();
+        if (triangles <= most) pieces.front().push_back(std::move(piece));
+      });
+    });
+    if (triangles > most) return;
     counts = maker.counts();
     leaves = finish_leaves(std::move(pieces), header, threads, counts);
   });
+  if (triangles > most) return false;
   FileWriter writer(command.output, header);
   std::vector<LevelCounts> levels;
   context.report.step("levels", [&] {
@@ -160,38 +131,45 @@ void build_in_memory(const BuildCommand& command, const Header& header, Input& i
   context.report.step("finish", [&] { writer.finish(); });
   report_leaves(counts, context.report);
   report_levels(levels, context.report);
+  return true;
 }
 
 /// Names a build, so that what a killed one left is used by its like alone.
-std::string build_text(const BuildCommand& command, const Header& header) {
+Json build_text(const BuildCommand& command, const Header& header) {
   Json json = json_of(header);
   for (const fs::path& tile : command.tiles) {
     json["files"].push_back({fs::absolute(tile).string(), fs::file_size(tile),
                              fs::last_write_time(tile).time_since_epoch().count()});
   }
-  return json.dump();
+  return json;
 }
 
-void build_on_disk(const BuildCommand& command, const Header& header, Input& input,
-                   StageContext& context) {
-  const int threads = context.options.threads;
-  const fs::path beside =
-      command.output.parent_path() / ("." + command.output.filename().string() + ".work");
-  const WorkFolder folder(command.work.empty() ? beside : command.work,
-                          build_text(command, header));
-  if (!folder.has(folder.leaves())) {
-    context.report.step("leaves", [&] {
-      DiskLeaves leaves(folder, header, command.options.max_pieces, threads);
-      for_each_tile(command, input, context, [&](const Mesh& mesh) { leaves.add(mesh); });
-      report_leaves(leaves.finish(context.progress), context.report);
-    });
-  }
-  input.meshes = {};
+/// The finest level, unless a killed build left it; counts go to the report.
+void leaves_on_disk(const BuildCommand& command, const WorkFolder& folder, const Header& header,
+                    const DiskTask& task, BuildInput& input, StageContext& context) {
+  context.report.step("leaves", [&] {
+    if (folder.has(folder.leaves())) return;
+    DiskLeaves leaves(folder, header, command.options.max_pieces, task);
+    if (leaves.wants_meshes()) input.for_each([&](const Mesh& mesh) { leaves.add(mesh); });
+    leaves.finish(context.progress);
+  });
+  report_leaves(counts_of_leaves(folder), context.report);
+}
+
+void build_on_disk(const BuildCommand& command, const Header& header, const MemoryPlan& plan,
+                   BuildInput& input, StageContext& context) {
+  MemoryGate gate(plan.work_bytes);
+  DiskTask task;
+  task.threads = context.options.threads;
+  task.piece_triangles = plan.piece_triangles;
+  task.gate = &gate;
+  const WorkFolder folder(work_folder(command), build_text(command, header).dump());
+  leaves_on_disk(command, folder, header, task, input, context);
   FileWriter writer(command.output, header);
   std::vector<LevelCounts> levels;
   context.report.step("levels", [&] {
     levels = build_levels_on_disk(
-        folder, header, command.options.block, threads,
+        folder, header, command.options.block, task,
         [&](const Node& node, std::span<const std::byte> block) { writer.add(node, block); },
         context.progress);
   });
@@ -212,17 +190,20 @@ std::pair<int, int> parse_region(const std::string& text) {
   return {index, count};
 }
 
-/// Cells of the finest level that the region needs, with those around them, which share vertices.
+/// Cells of the finest level that the region needs.
 std::vector<BuildCell> region_leaves(const BuildCommand& command, const Header& header,
-                                     const Region& region, Input& input, StageContext& context) {
+                                     const Region& region, const MemoryPlan& plan,
+                                     BuildInput& input, StageContext& context) {
   const int threads = context.options.threads;
   const Columns needed = region.needed[static_cast<std::size_t>(header.lattice.finest_level)];
+  // With those around them, which share vertices.
   const Columns read = needed.grown();
   LeafMaker maker(header, command.options.max_pieces, threads);
-  std::vector<std::vector<BuildCell>> pieces;
-  for_each_tile(command, input, context, [&](const Mesh& mesh) {
-    pieces.push_back(maker.pieces(mesh));
-    std::erase_if(pieces.back(), [&](const BuildCell& c) { return !read.contains(c.key.i); });
+  std::vector<std::vector<BuildCell>> pieces(1);
+  input.for_each([&](const Mesh& mesh) {
+    maker.pieces(mesh, plan.piece_triangles, [&](BuildCell piece) {
+      if (read.contains(piece.key.i)) pieces.front().push_back(std::move(piece));
+    });
   });
   LeafCounts counts = maker.counts();
   std::vector<BuildCell> leaves = finish_leaves(std::move(pieces), header, threads, counts);
@@ -231,28 +212,30 @@ std::vector<BuildCell> region_leaves(const BuildCommand& command, const Header& 
   return leaves;
 }
 
-void build_region(const BuildCommand& command, const Header& header, Input& input,
-                  StageContext& context) {
-  const auto [index, count] = parse_region(command.region);
-  const BlockOptions& block = command.options.block;
-  const Region region = plan_region(header, input.summary.box, block.side, index - 1, count);
-  Json text = json_of(header);
-  text["region"] = index;
-  text["regions"] = count;
-  text["block"] = {block.side, block.keep_share, block.max_error_share, block.attribute_weight};
-  SpoolWriter writer(command.output, text.dump());
-  CellsInMemory source(region_leaves(command, header, region, input, context), header,
+/// The cells of the region's level are joined with those of others, whom they share vertices with.
+void add_top(const Region& region, BuildCell cell, SpoolWriter& writer) {
+  if (!region.owns(cell.key)) return;
+  cell.sharers.clear();
+  writer.add(cell);
+}
+
+void region_in_memory(const BuildCommand& command, const Header& header, const Region& region,
+                      const MemoryPlan& plan, BuildInput& input, SpoolWriter& writer,
+                      StageContext& context) {
+  CellsInMemory source(region_leaves(command, header, region, plan, input, context), header,
                        context.options.threads);
   for (int level = header.lattice.finest_level; level > region.level; --level) {
     std::mutex mutex;
     std::vector<BuildCell> next;
     const Columns needed = region.needed[static_cast<std::size_t>(level)];
     const Columns wanted = region.needed[static_cast<std::size_t>(level) - 1];
-    LevelTask task{context.options.threads, [&](const std::vector<CellKey>& cells) {
-                     return !needed.contains(cells.front().i);
-                   }};
+    LevelTask task;
+    task.threads = context.options.threads;
+    task.skips = [&](const std::vector<CellKey>& cells) {
+      return !needed.contains(cells.front().i);
+    };
     build_level(
-        source, header, block, task,
+        source, header, command.options.block, task,
         [&](BuildCell cell) {
           if (!wanted.grown().contains(cell.key.i)) return;
           const std::lock_guard lock(mutex);
@@ -265,8 +248,47 @@ void build_region(const BuildCommand& command, const Header& header, Input& inpu
     source = CellsInMemory(std::move(next), header, context.options.threads);
   }
   for (std::size_t i = 0; i < source.infos().size(); ++i) {
-    const BuildCell cell = source.take(i);
-    if (region.owns(cell.key)) writer.add(cell);
+    add_top(region, source.take(i), writer);
+  }
+}
+
+void region_on_disk(const BuildCommand& command, const Header& header, const Region& region,
+                    const MemoryPlan& plan, BuildInput& input, SpoolWriter& writer,
+                    StageContext& context) {
+  MemoryGate gate(plan.work_bytes);
+  DiskTask task;
+  task.threads = context.options.threads;
+  task.piece_triangles = plan.piece_triangles;
+  task.gate = &gate;
+  task.region = &region;
+  Json text = build_text(command, header);
+  text["region"] = command.region;
+  const WorkFolder folder(work_folder(command), text.dump());
+  leaves_on_disk(command, folder, header, task, input, context);
+  build_levels_on_disk(
+      folder, header, command.options.block, task,
+      [&](const Node& node, std::span<const std::byte> block) { writer.add(node, block); },
+      context.progress);
+  const bool has_levels = region.level < header.lattice.finest_level;
+  const Spool top(has_levels ? folder.level(region.level) : folder.leaves());
+  for (const SpoolCell& cell : top.cells()) add_top(region, top.read(cell), writer);
+  folder.remove();
+}
+
+void build_region(const BuildCommand& command, const Header& header, const MemoryPlan& plan,
+                  BuildInput& input, StageContext& context) {
+  const auto [index, count] = parse_region(command.region);
+  const BlockOptions& block = command.options.block;
+  const Region region = plan_region(header, input.summary().box, block.side, index - 1, count);
+  Json text = json_of(header);
+  text["region"] = index;
+  text["regions"] = count;
+  text["block"] = {block.side, block.keep_share, block.max_error_share, block.attribute_weight};
+  SpoolWriter writer(command.output, text.dump());
+  if (input.fits()) {
+    region_in_memory(command, header, region, plan, input, writer, context);
+  } else {
+    region_on_disk(command, header, region, plan, input, writer, context);
   }
   writer.commit();
 }
@@ -294,6 +316,52 @@ std::vector<std::unique_ptr<Spool>> open_regions(const std::vector<fs::path>& fi
   return regions;
 }
 
+/// The levels from the regions' cells on, in memory where they fit.
+std::vector<LevelCounts> levels_of_regions(const BuildCommand& command, const Header& header,
+                                           const BlockOptions& block,
+                                           const std::vector<std::unique_ptr<Spool>>& regions,
+                                           const std::string& text, FileWriter& writer,
+                                           StageContext& context) {
+  const int threads = context.options.threads;
+  const MemoryPlan plan = plan_memory(context.memory.limit_bytes());
+  std::uint64_t triangles = 0;
+  std::optional<int> level;
+  for (const auto& region : regions) {
+    for (const SpoolCell& cell : region->cells())
+      triangles += cell.triangles, level = cell.key.level;
+  }
+  if (!level ||
+      (!command.out_of_core && triangles * kBytesInMemory < context.memory.limit_bytes())) {
+    std::vector<BuildCell> cells;
+    for (const auto& region : regions) {
+      for (const SpoolCell& cell : region->cells()) cells.push_back(region->read(cell));
+    }
+    return build_levels(
+        std::move(cells), header, block, threads,
+        [&](const FinishedPart& part) { writer.add(part.node, encode_cell(part.mesh, header)); },
+        context.progress);
+  }
+  MemoryGate gate(plan.work_bytes);
+  DiskTask task;
+  task.threads = threads;
+  task.gate = &gate;
+  task.first_level = level;
+  const WorkFolder folder(work_folder(command), text);
+  if (!folder.has(folder.level(*level))) {
+    SpoolWriter all(folder.level(*level), text);
+    for (const auto& region : regions) {
+      for (const SpoolCell& cell : region->cells()) all.add(region->read(cell));
+    }
+    all.commit();
+  }
+  const auto counts = build_levels_on_disk(
+      folder, header, block, task,
+      [&](const Node& node, std::span<const std::byte> bytes) { writer.add(node, bytes); },
+      context.progress);
+  folder.remove();
+  return counts;
+}
+
 void join_regions(const BuildCommand& command, StageContext& context) {
   for (const fs::path& file : command.tiles) context.report.add_input(file);
   Json plan;
@@ -305,7 +373,6 @@ void join_regions(const BuildCommand& command, StageContext& context) {
   block.max_error_share = plan.at("block").at(2);
   block.attribute_weight = plan.at("block").at(3);
   FileWriter writer(command.output, header);
-  std::vector<BuildCell> cells;
   std::vector<LevelCounts> counts(static_cast<std::size_t>(header.lattice.finest_level) + 1);
   for (const auto& region : regions) {
     for (const SpoolPart& part : region->parts()) {
@@ -316,16 +383,10 @@ void join_regions(const BuildCommand& command, StageContext& context) {
       level.triangles += part.node.triangles;
       level.error_max_m = std::max(level.error_max_m, double{part.node.error_m});
     }
-    for (const SpoolCell& cell : region->cells()) {
-      cells.push_back(region->read(cell));
-      // What lies beyond the region may share vertices that happen to coincide.
-      cells.back().sharers.clear();
-    }
   }
-  const std::vector<LevelCounts> upper = build_levels(
-      std::move(cells), header, block, context.options.threads,
-      [&](const FinishedPart& part) { writer.add(part.node, encode_cell(part.mesh, header)); },
-      context.progress);
+  const std::string text = build_text(command, header).dump();
+  const std::vector<LevelCounts> upper =
+      levels_of_regions(command, header, block, regions, text, writer, context);
   for (std::size_t level = 0; level < counts.size(); ++level) {
     if (upper[level].cells > 0) counts[level] = upper[level];
   }
@@ -337,18 +398,18 @@ void join_regions(const BuildCommand& command, StageContext& context) {
 
 void run_build_job(const BuildCommand& command, StageContext& context) {
   if (command.join) return join_regions(command, context);
-  Input input;
-  context.report.step("read",
-                      [&] { input = read_tiles(command, context, context.memory.limit_bytes()); });
-  Header header = plan_header(input.summary, command.options);
+  const MemoryPlan plan = plan_memory(context.memory.limit_bytes());
+  std::optional<BuildInput> input;
+  context.report.step("read", [&] { input.emplace(command, plan, context); });
+  Header header = plan_header(input->summary(), command.options);
   header.provenance = provenance_of(command, header).dump();
-  if (!command.region.empty()) return build_region(command, header, input, context);
-  context.report.quality("in_memory", input.fits);
-  if (input.fits) {
-    build_in_memory(command, header, input, context);
-  } else {
-    build_on_disk(command, header, input, context);
-  }
+  if (!command.region.empty()) return build_region(command, header, plan, *input, context);
+  bool in_memory = input->fits();
+  if (in_memory) in_memory = build_in_memory(command, header, plan, *input, context);
+  context.report.quality("in_memory", in_memory);
+  if (in_memory) return;
+  input->drop();
+  build_on_disk(command, header, plan, *input, context);
 }
 
 }  // namespace cornice::hlod

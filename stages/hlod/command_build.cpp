@@ -74,7 +74,8 @@ int run_build(int argc, char** argv) {
   stage.name = "hlod";
   stage.description = "Builds a hierarchy of levels of detail of mesh tiles";
   stage.options = {action_option(command.action, "build"),
-                   Option("TILE", command.tiles, "meshes that share their borders, .ply")
+                   Option("TILE", command.tiles,
+                          "meshes that share their borders, .ply (of any size), .obj, .off, .stl")
                        .positional()
                        .required(),
                    output_option(command.output, "hierarchy, .hlod")};
