@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 namespace cornice::hlod {
 namespace {
@@ -181,7 +182,8 @@ void hold_to_loaded(const Tree& tree, std::span<const std::uint8_t> is_loaded, F
     below.clear();
     for (const std::uint32_t c : cells) {
       const TreeCell& cell = tree.cells[c];
-      if (is_drawn(tree, radii, cell, eye)) continue;
+      // What is below an invisible cell cannot be seen either.
+      if (is_drawn(tree, radii, cell, eye) || !is_visible(cell, eye, frustum)) continue;
       for (std::uint32_t n = 0; n < cell.children; ++n) below.push_back(cell.first_child + n);
     }
     cells.swap(below);
@@ -246,26 +248,40 @@ double share_for_budget(const Tree& tree, const Radii& radii, FinePoint eye, con
   return low / 256.0;
 }
 
+void needed_cells(const Tree& tree, const Radii& radii, FinePoint eye, const Frustum& frustum,
+                  std::vector<std::uint32_t>& cells) {
+  cells.resize(tree.level(0).size());
+  for (std::uint32_t c = 0; c < cells.size(); ++c) cells[c] = c;
+  // The list itself is the queue of a walk from level to level.
+  for (std::size_t next = 0; next < cells.size(); ++next) {
+    const TreeCell& cell = tree.cells[cells[next]];
+    if (is_drawn(tree, radii, cell, eye)) continue;
+    // All children or none: a parent gives way to all of them at once, seen or not.
+    if (!is_visible(cell, eye, frustum)) continue;
+    for (std::uint32_t n = 0; n < cell.children; ++n) cells.push_back(cell.first_child + n);
+  }
+  std::erase_if(cells, [&](std::uint32_t c) { return tree.cells[c].parts == 0; });
+}
+
 std::vector<std::uint32_t> wanted_cells(const Tree& tree, std::span<const std::uint8_t> is_loaded,
                                         const Radii& radii, FinePoint eye, const Frustum& frustum) {
-  std::vector<std::uint32_t> wanted, cells(tree.level(0).size()), below;
-  for (std::uint32_t c = 0; c < cells.size(); ++c) cells[c] = c;
-  while (!cells.empty()) {
-    const auto distance = [&](std::uint32_t c) { return cell_distance(tree, tree.cells[c], eye); };
-    std::stable_sort(cells.begin(), cells.end(),
-                     [&](std::uint32_t a, std::uint32_t b) { return distance(a) < distance(b); });
-    below.clear();
-    for (const std::uint32_t c : cells) {
-      const TreeCell& cell = tree.cells[c];
-      if (cell.parts > 0 && is_loaded[c] == 0) wanted.push_back(c);
-      if (is_drawn(tree, radii, cell, eye)) continue;
-      // All children or none: a parent gives way to all of them at once, seen or not.
-      if (!is_visible(cell, eye, frustum)) continue;
-      for (std::uint32_t n = 0; n < cell.children; ++n) below.push_back(cell.first_child + n);
-    }
-    cells.swap(below);
+  std::vector<std::uint32_t> cells;
+  needed_cells(tree, radii, eye, frustum, cells);
+  std::erase_if(cells, [&](std::uint32_t c) { return is_loaded[c] != 0; });
+  sort_by_urgency(tree, eye, cells);
+  return cells;
+}
+
+void sort_by_urgency(const Tree& tree, FinePoint eye, std::vector<std::uint32_t>& cells) {
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
+  order.reserve(cells.size());
+  for (const std::uint32_t c : cells) {
+    const auto level = static_cast<std::uint64_t>(tree.cells[c].key.level);
+    const auto distance = static_cast<std::uint64_t>(cell_distance(tree, tree.cells[c], eye));
+    order.emplace_back((level << 32) | distance, c);
   }
-  return wanted;
+  std::sort(order.begin(), order.end());
+  for (std::size_t i = 0; i < cells.size(); ++i) cells[i] = order[i].second;
 }
 
 }  // namespace cornice::hlod

@@ -100,9 +100,17 @@ void select(const Tree& tree, const Radii& radii, FinePoint eye, const Frustum& 
 double share_for_budget(const Tree& tree, const Radii& radii, FinePoint eye, const Frustum& frustum,
                         std::uint64_t budget, Selection& scratch);
 
-/// Cells that `radii` want and that are not loaded, the most urgent first: coarse before fine, near
+/// All cells that drawing by `radii` takes, ancestors and siblings too, coarse before fine. Takes
+/// the place of what is in `cells`.
+void needed_cells(const Tree& tree, const Radii& radii, FinePoint eye, const Frustum& frustum,
+                  std::vector<std::uint32_t>& cells);
+
+/// Of those the ones that are not loaded, the most urgent first: coarse before fine, near
 /// before far. Pass radii before hold_to_loaded. `frustum` of what is soon to be seen.
 std::vector<std::uint32_t> wanted_cells(const Tree& tree, std::span<const std::uint8_t> is_loaded,
                                         const Radii& radii, FinePoint eye, const Frustum& frustum);
+
+/// Coarse before fine, near before far.
+void sort_by_urgency(const Tree& tree, FinePoint eye, std::vector<std::uint32_t>& cells);
 
 }  // namespace cornice::hlod

@@ -27,10 +27,16 @@ constexpr double kShareRisePerSecond = 0.25;
 constexpr double kWiderDeg = 30.0;
 /// Part of the GPU's room that one view may need; the rest is for what comes next.
 constexpr double kRoomShare = 0.85;
+/// By what radii are cut, again and again, until a view fits into that.
+constexpr double kRoomFactor = 0.9;
+constexpr int kRoomStepLimit = 50;
+
+std::uint64_t packed_vertices(const hlod::Node& node) {
+  return std::uint64_t{node.vertices} + (node.key.level > 0 ? node.parents : node.vertices);
+}
 
 std::uint64_t packed_bytes(const hlod::Node& node) {
-  const std::uint64_t parents = node.key.level > 0 ? node.parents : node.vertices;
-  return (node.vertices + parents) * kWordsPerVertex * 4 + std::uint64_t{node.triangles} * 6;
+  return packed_vertices(node) * kWordsPerVertex * 4 + std::uint64_t{node.triangles} * 6;
 }
 
 hlod::Frustum frustum_of(const LayerView& view, double wider_deg) {
@@ -56,14 +62,19 @@ Layer::Layer(const std::filesystem::path& path, std::uint32_t id, const CellStor
   parent_.assign(tree_.cells.size(), kNoParent);
   is_present_.assign(tree_.cells.size(), 0);
   is_loaded_.assign(tree_.cells.size(), 0);
-  nothing_.assign(tree_.cells.size(), 0);
+  bytes_.assign(tree_.cells.size(), 0);
   const hlod::Lattice& lattice = tree_.lattice;
   lowest_ = lattice.position(tree_.cells.front().lowest, lattice.finest_level);
   highest_ = lattice.position(tree_.cells.front().highest, lattice.finest_level);
   for (std::uint32_t c = 0; c < tree_.cells.size(); ++c) {
     const hlod::TreeCell& cell = tree_.cells[c];
-    for (std::uint32_t part = 0; part < cell.parts; ++part)
+    for (std::uint32_t part = 0; part < cell.parts; ++part) {
+      const hlod::Node& node = file_->nodes()[cell.first_node + part];
       cell_of_row_[cell.first_node + part] = c;
+      bytes_[c] += static_cast<std::uint32_t>(packed_bytes(node));
+      cells.expect(packed_vertices(node), 3 * std::uint64_t{node.triangles});
+    }
+    all_bytes_ += bytes_[c];
     for (std::uint32_t n = 0; n < cell.children; ++n) parent_[cell.first_child + n] = c;
     if (parent_[c] != kNoParent) continue;
     const Vec3d low = lattice.position(cell.lowest, lattice.finest_level);
@@ -90,23 +101,21 @@ Layer::Layer(const std::filesystem::path& path, std::uint32_t id, const CellStor
   list_.nodes = &file_->nodes();
 }
 
-std::vector<std::uint32_t> Layer::needed(const hlod::Radii& radii) const {
-  return hlod::wanted_cells(tree_, nothing_, radii, eye_, wider_);
-}
-
-std::vector<std::uint32_t> Layer::missing_of(const std::vector<std::uint32_t>& need) const {
-  std::vector<std::uint32_t> missing;
-  for (const std::uint32_t c : need)
-    if (is_loaded_[c] == 0) missing.push_back(c);
-  return missing;
-}
-
-std::uint64_t Layer::bytes_of(const std::vector<std::uint32_t>& tree_cells) const {
+/// Finds what radii take, in need_.
+bool Layer::fits(const hlod::Radii& radii, std::uint64_t room) {
+  hlod::needed_cells(tree_, radii, eye_, wider_, need_);
+  if (all_bytes_ <= room) return true;
   std::uint64_t bytes = 0;
-  for (const std::uint32_t c : tree_cells)
-    for (std::uint32_t part = 0; part < tree_.cells[c].parts; ++part)
-      bytes += packed_bytes(file_->nodes()[tree_.cells[c].first_node + part]);
-  return bytes;
+  for (const std::uint32_t c : need_) bytes += bytes_[c];
+  return bytes <= room;
+}
+
+std::vector<std::uint32_t> Layer::missing_of_need() const {
+  std::vector<std::uint32_t> missing;
+  for (const std::uint32_t c : need_)
+    if (is_loaded_[c] == 0) missing.push_back(c);
+  hlod::sort_by_urgency(tree_, eye_, missing);
+  return missing;
 }
 
 hlod::Radii Layer::wanted_radii(const LayerView& view, std::uint64_t capacity_bytes) {
@@ -120,12 +129,19 @@ hlod::Radii Layer::wanted_radii(const LayerView& view, std::uint64_t capacity_by
   double share = 1.0;
   if (view.triangle_budget > 0)
     share = hlod::share_for_budget(tree_, radii, eye_, frustum_, view.triangle_budget, scratch_);
+  if (has_radii_) share = std::min(share, share_ + kShareRisePerSecond * view.seconds);
+  // Where the frame before had to be cut, this one tries one step less: a walk or two, not fifty.
   const auto room = static_cast<std::uint64_t>(kRoomShare * static_cast<double>(capacity_bytes));
-  while (share > 1.0 / 256.0 && bytes_of(needed(hlod::scaled(radii, share, tree_.metric))) > room)
-    share *= 0.9;
-  share_ = std::min(share, share_ + kShareRisePerSecond * view.seconds);
-  if (!has_radii_) share_ = share;
-  return hlod::scaled(radii, share_, tree_.metric);
+  room_step_ = has_radii_ ? std::max(0, room_step_ - 1) : 0;
+  while (true) {
+    const double cut = std::min(share, std::pow(kRoomFactor, room_step_));
+    const hlod::Radii result = hlod::scaled(radii, cut, tree_.metric);
+    if (fits(result, room) || room_step_ >= kRoomStepLimit) {
+      share_ = cut;
+      return result;
+    }
+    ++room_step_;
+  }
 }
 
 void Layer::set_present(std::uint32_t tree_cell, bool is_present) {
@@ -182,22 +198,25 @@ void Layer::stream(const std::vector<std::uint32_t>& missing, std::uint64_t uplo
   store_.want(rows);
 }
 
-void Layer::keep(const std::vector<std::uint32_t>& tree_cells, GpuCells& cells,
-                 std::uint64_t frame) {
+void Layer::keep_need(GpuCells& cells, std::uint64_t frame) {
   // The coarsest last: what is left longest unused goes first, and a child is of no use without its
   // parent.
-  for (auto c = tree_cells.rbegin(); c != tree_cells.rend(); ++c)
+  for (auto c = need_.rbegin(); c != need_.rend(); ++c)
     for (std::uint32_t part = 0; part < tree_.cells[*c].parts; ++part)
       cells.use({id_, tree_.cells[*c].first_node + part}, frame);
 }
 
 void Layer::choose(GpuCells& cells, std::uint64_t frame) {
   hlod::select(tree_, radii_, eye_, frustum_, selection_);
-  std::stable_sort(selection_.cells.begin(), selection_.cells.end(),
-                   [&](std::uint32_t a, std::uint32_t b) {
-                     return hlod::cell_distance(tree_, tree_.cells[a], eye_) <
-                            hlod::cell_distance(tree_, tree_.cells[b], eye_);
-                   });
+  order_.clear();
+  for (const std::uint32_t c : selection_.cells) {
+    const auto distance =
+        static_cast<std::uint64_t>(hlod::cell_distance(tree_, tree_.cells[c], eye_));
+    order_.push_back((distance << 32) | c);
+  }
+  std::sort(order_.begin(), order_.end());
+  for (std::size_t i = 0; i < order_.size(); ++i)
+    selection_.cells[i] = static_cast<std::uint32_t>(order_[i]);
   list_.eye = eye_;
   list_.slab_distance = hlod::slab_distance(eye_, tree_.metric);
   list_.bands.assign(static_cast<std::size_t>(tree_.metric.finest_level) + 1, {});
@@ -221,9 +240,8 @@ const DrawList& Layer::update(const LayerView& view, GpuCells& cells, std::uint6
   frustum_ = frustum_of(view, 0.0);
   wider_ = frustum_of(view, kWiderDeg);
   const hlod::Radii target = wanted_radii(view, cells.capacity_bytes());
-  const auto need = needed(target);
-  keep(need, cells, frame);
-  auto missing = missing_of(need);
+  keep_need(cells, frame);
+  auto missing = missing_of_need();
   counts_.cells_missing = static_cast<std::uint32_t>(missing.size());
   if (missing.empty() && norm(view.velocity) > 0.0) {
     const hlod::FinePoint ahead =
@@ -233,7 +251,7 @@ const DrawList& Layer::update(const LayerView& view, GpuCells& cells, std::uint6
         hlod::scaled(hlod::radii_for_eye(tree_, reaches_, ahead), share_, tree_.metric), ahead,
         wider_);
   }
-  stream(missing, view.upload_bytes, cells, frame);
+  stream(missing, static_cast<std::uint64_t>(view.upload_bytes_per_s * view.seconds), cells, frame);
   const double share = has_radii_ ? 1.0 - std::exp(-view.seconds / kRadiiSeconds) : 1.0;
   radii_ = hlod::blended(has_radii_ ? radii_ : target, target, share, tree_.metric);
   has_radii_ = true;
@@ -248,11 +266,10 @@ bool Layer::settle(const LayerView& view, GpuCells& cells, std::uint64_t frame) 
   wider_ = frustum_of(view, kWiderDeg);
   has_radii_ = false;
   const hlod::Radii target = wanted_radii(view, cells.capacity_bytes());
-  const auto need = needed(target);
   std::size_t missing_before = std::numeric_limits<std::size_t>::max();
   while (true) {
-    keep(need, cells, frame);
-    const auto missing = missing_of(need);
+    keep_need(cells, frame);
+    const auto missing = missing_of_need();
     counts_.cells_missing = static_cast<std::uint32_t>(missing.size());
     if (missing.empty() || missing.size() >= missing_before) break;
     missing_before = missing.size();

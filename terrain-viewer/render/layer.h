@@ -22,11 +22,11 @@ namespace cornice::viewer {
 struct LayerView {
   Camera camera;
   int width = 0, height = 0;
-  double error_pixels = 2.0;              ///< that the surface may be off on the screen
-  std::uint64_t triangle_budget = 0;      ///< 0: none
-  double seconds = 0.0;                   ///< since the frame before
-  Vec3d velocity;                         ///< of the eye, metres a second: what comes is read ahead
-  std::uint64_t upload_bytes = 8u << 20;  ///< at most, but one cell at least
+  double error_pixels = 2.0;          ///< that the surface may be off on the screen
+  std::uint64_t triangle_budget = 0;  ///< 0: none
+  double seconds = 0.0;               ///< since the frame before
+  Vec3d velocity;                     ///< of the eye, metres a second: what comes is read ahead
+  double upload_bytes_per_s = 192e6;  ///< to the GPU, but one cell a frame at least
 };
 
 struct LayerCounts {
@@ -72,13 +72,12 @@ class Layer {
 
  private:
   hlod::Radii wanted_radii(const LayerView& view, std::uint64_t capacity_bytes);
-  std::vector<std::uint32_t> needed(const hlod::Radii& radii) const;
-  std::vector<std::uint32_t> missing_of(const std::vector<std::uint32_t>& need) const;
-  std::uint64_t bytes_of(const std::vector<std::uint32_t>& tree_cells) const;
+  bool fits(const hlod::Radii& radii, std::uint64_t room);
+  std::vector<std::uint32_t> missing_of_need() const;
   void stream(const std::vector<std::uint32_t>& missing, std::uint64_t upload_bytes,
               GpuCells& cells, std::uint64_t frame);
   bool upload(std::uint32_t tree_cell, GpuCells& cells, std::uint64_t frame);
-  void keep(const std::vector<std::uint32_t>& tree_cells, GpuCells& cells, std::uint64_t frame);
+  void keep_need(GpuCells& cells, std::uint64_t frame);
   void set_present(std::uint32_t tree_cell, bool is_present);
   void choose(GpuCells& cells, std::uint64_t frame);
 
@@ -92,16 +91,20 @@ class Layer {
   std::vector<std::uint32_t> parent_;       ///< by index into the tree
   std::vector<std::uint8_t> is_present_;    ///< all parts are on the GPU
   std::vector<std::uint8_t> is_loaded_;     ///< present, and so are all ancestors
-  std::vector<std::uint8_t> nothing_;       ///< zeros: as if nothing were loaded
+  std::vector<std::uint32_t> bytes_;        ///< on the GPU, by index into the tree
+  std::uint64_t all_bytes_ = 0;
+  std::vector<std::uint32_t> need_;  ///< what this frame's view takes, coarse before fine
   std::vector<float> reaches_;
   double scale_ = 0.0;
   double share_ = 1.0;
+  int room_step_ = 0;  ///< times that kRoomFactor was needed to fit the GPU's room
   hlod::FinePoint eye_;
   hlod::Frustum frustum_;  ///< of what is seen
   hlod::Frustum wider_;    ///< of what is held ready
   hlod::Radii radii_;
   bool has_radii_ = false;
   hlod::Selection selection_, scratch_;
+  std::vector<std::uint64_t> order_;  ///< memory that choose() uses again
   DrawList list_;
   LayerCounts counts_;
 };

@@ -6,11 +6,10 @@
 
 namespace cornice::viewer {
 
-RangeAllocator::RangeAllocator(std::uint64_t size) {
-  if (size > 0) free_[0] = size;
-}
+RangeAllocator::RangeAllocator(std::uint64_t size) { extend(size); }
 
 std::optional<std::uint64_t> RangeAllocator::take(std::uint64_t count) {
+  if (count == 0) return 0;
   for (auto range = free_.begin(); range != free_.end(); ++range) {
     const auto [first, free_count] = *range;
     if (free_count < count) continue;
@@ -26,6 +25,15 @@ void RangeAllocator::give_back(std::uint64_t first, std::uint64_t count) {
   if (count == 0) return;
   assert(used_ >= count);
   used_ -= count;
+  add_free(first, count);
+}
+
+void RangeAllocator::extend(std::uint64_t count) {
+  if (count > 0) add_free(size_, count);
+  size_ += count;
+}
+
+void RangeAllocator::add_free(std::uint64_t first, std::uint64_t count) {
   auto range = free_.emplace(first, count).first;
   if (const auto next = std::next(range); next != free_.end() && first + count == next->first) {
     range->second += next->second;

@@ -17,11 +17,15 @@ class RangeAllocator {
   std::optional<std::uint64_t> take(std::uint64_t count);
   /// Gives back what take(count) gave.
   void give_back(std::uint64_t first, std::uint64_t count);
+  /// The buffer became longer by so many items.
+  void extend(std::uint64_t count);
   std::uint64_t used() const { return used_; }
 
  private:
+  void add_free(std::uint64_t first, std::uint64_t count);
+
   std::map<std::uint64_t, std::uint64_t> free_;  ///< first item, count
-  std::uint64_t used_ = 0;
+  std::uint64_t size_ = 0, used_ = 0;
 };
 
 }  // namespace cornice::viewer

@@ -33,7 +33,10 @@ struct CellStore::State {
   CellStoreCounts counts;
   std::vector<std::thread> threads;
 
-  void keep(std::shared_ptr<const PackedCell> cell) {
+  using Cells = std::vector<std::shared_ptr<const PackedCell>>;
+
+  /// Appends what goes for it to `dropped`, to be freed without the lock.
+  void keep(std::shared_ptr<const PackedCell> cell, Cells& dropped) {
     counts.memory_bytes += cell->bytes();
     const std::uint32_t row = cell->node;
     used.push_front(row);
@@ -41,6 +44,7 @@ struct CellStore::State {
     while (counts.memory_bytes > options.memory_bytes && used.size() > 1) {
       const auto oldest = held.find(used.back());
       counts.memory_bytes -= oldest->second.cell->bytes();
+      dropped.push_back(std::move(oldest->second.cell));
       held.erase(oldest);
       used.pop_back();
     }
@@ -63,7 +67,11 @@ struct CellStore::State {
     if (cell) {
       ++counts.cells_read;
       counts.bytes_read += node.bytes;
-      keep(std::move(cell));
+      Cells dropped;
+      keep(std::move(cell), dropped);
+      lock.unlock();
+      dropped.clear();
+      lock.lock();
     } else {
       ++counts.cells_failed;
       failed.insert(row);
@@ -102,14 +110,16 @@ CellStore::~CellStore() {
 }
 
 void CellStore::want(const std::vector<std::uint32_t>& rows) {
+  bool has_work = false;
   {
     const std::lock_guard lock(state_->mutex);
     state_->wanted.clear();
     for (auto row = rows.rbegin(); row != rows.rend(); ++row)
       if (!state_->held.contains(*row) && !state_->failed.contains(*row))
         state_->wanted.push_back(*row);
+    has_work = !state_->wanted.empty();
   }
-  state_->work.notify_all();
+  if (has_work) state_->work.notify_all();
 }
 
 std::shared_ptr<const PackedCell> CellStore::find(std::uint32_t row) {

@@ -52,5 +52,24 @@ TEST(RangeAllocator, SaysWhenThereIsNoRoom) {
   EXPECT_EQ(RangeAllocator(0).take(1), std::nullopt);
 }
 
+TEST(RangeAllocator, JoinsWhatItIsExtendedByToTheFreeRangeAtItsEnd) {
+  RangeAllocator ranges(10);
+  ASSERT_EQ(ranges.take(6), 0u);
+  ASSERT_FALSE(ranges.take(7));
+  ranges.extend(3);
+  EXPECT_EQ(ranges.take(7), 6u);
+  EXPECT_EQ(ranges.used(), 13u);
+  ranges.extend(2);
+  EXPECT_EQ(ranges.take(2), 13u);
+  EXPECT_FALSE(ranges.take(1));
+}
+
+TEST(RangeAllocator, HasRoomForNothingWhereItIsFull) {
+  RangeAllocator ranges(4);
+  ASSERT_TRUE(ranges.take(4));
+  EXPECT_TRUE(ranges.take(0));
+  EXPECT_EQ(ranges.used(), 4u);
+}
+
 }  // namespace
 }  // namespace cornice::viewer

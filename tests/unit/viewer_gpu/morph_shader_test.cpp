@@ -55,6 +55,7 @@ class ShaderPlaces {
     GpuCells cells(1 << 22);
     std::vector<CellId> dropped;
     const PackedCell packed = pack_cell(made.mesh, made.node, 0);
+    cells.expect(packed.words.size() / kWordsPerVertex, packed.indices.size());
     EXPECT_TRUE(cells.put({0, 0}, packed, 1, dropped));
     DrawList with_cell = list;
     with_cell.items = {{0, *cells.use({0, 0}, 1)}};
