@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Nearest points on a triangle mesh: an implicit tree of boxes over triangles in Morton order.
+// Nearest points on a triangle mesh: an implicit tree of boxes over triangles sorted in space.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/mesh/topology.h"
+#include "core/mesh/triangle_lanes.h"
 
 namespace cornice {
 
@@ -19,8 +20,18 @@ struct NearestPoint {
   bool found() const { return triangle != 0xffffffffu; }
 };
 
-/// The point of triangle (a, b, c) nearest to p; `triangle` is left unset.
-/// Ericson 2005, "Real-Time Collision Detection", 5.1.5.
+/// A place a + u (b - a) + v (c - a) of a triangle, and its squared distance from a point.
+struct TrianglePlace {
+  double u = 0.0, v = 0.0;
+  double distance_sq = 0.0;
+};
+
+/// The place of triangle (a, b, c) nearest to p; of triangles without area too. Right to 1e-7 of
+/// the longest side, however long and thin the triangle is. Ericson 2005, "Real-Time Collision
+/// Detection", 5.1.5.
+TrianglePlace nearest_place(Vec3d p, Vec3d a, Vec3d b, Vec3d c);
+
+/// The same rounded to floats; `triangle` is left unset.
 NearestPoint nearest_on_triangle(Vec3f p, Vec3f a, Vec3f b, Vec3f c);
 
 /// What a search may stop at, and what it may return.
@@ -33,15 +44,14 @@ struct NearestQuery {
 };
 
 /// Keeps references to the arrays it is made of, which must stay as they are. Thread contract:
-/// const members may be called from many threads. Memory: 12 bytes a triangle (32 while it is
-/// built).
+/// const members may be called from many threads. Memory: 44 bytes a triangle.
 class TriangleTree {
  public:
   TriangleTree(const std::vector<Vec3f>& positions, const std::vector<Triangle>& triangles,
                int threads);
 
-  /// The same answer whatever the guess, unless enough_sq > 0; of several triangles at the same
-  /// distance any may be named.
+  /// The nearest triangle in double precision, of several at the same distance the first; the same
+  /// whatever the guess, unless enough_sq > 0.
   NearestPoint nearest(Vec3f p, const NearestQuery& query = {}) const;
   /// Where that point is.
   Vec3f point(const NearestPoint& nearest) const;
@@ -53,23 +63,22 @@ class TriangleTree {
   const std::vector<Triangle>& triangles() const { return triangles_; }
 
  private:
-  static constexpr std::uint32_t kLeaf = 4;   ///< triangles in a box of the lowest level
-  static constexpr std::uint32_t kWidth = 8;  ///< boxes in a node
+  struct Best;
 
-  /// The boxes of eight children.
-  struct Node {
-    float low[3][kWidth];
-    float high[3][kWidth];
-  };
   void sort_triangles(int threads);
+  void fill_leaves(int threads);
   void build_levels(int threads);
-  template <bool facing>
-  NearestPoint search(Vec3f p, const NearestQuery& query) const;
+  TrianglePlace place_on(Vec3f p, std::uint32_t triangle) const;
+  bool faces(std::uint32_t triangle, Vec3f facing) const;
+  void search(const float (&p)[3], const NearestQuery& query, Best& best) const;
+  void try_leaf(const float (&p)[3], std::uint32_t leaf, const NearestQuery& query,
+                Best& best) const;
 
   const std::vector<Vec3f>& positions_;
   const std::vector<Triangle>& triangles_;
   std::vector<std::uint32_t> order_;
-  std::vector<std::vector<Node>> levels_;  ///< [0]: over leaves; the last has one node
+  std::vector<TriangleLanes> leaves_;          ///< of eight triangles, in order
+  std::vector<std::vector<BoxLanes>> levels_;  ///< [0]: boxes of leaves; the last has one node
 };
 
 }  // namespace cornice

@@ -2,6 +2,7 @@
 // Signed distances to a surface.
 #pragma once
 
+#include <array>
 #include <limits>
 #include <vector>
 
@@ -20,7 +21,7 @@ struct Foot {
 };
 
 /// Keeps a reference to `surface`. Thread contract: const members may be called from many threads.
-/// Memory: about 60 bytes a triangle.
+/// Memory: about 80 bytes a triangle.
 class DistanceField {
  public:
   DistanceField(const Surface& surface, int threads);
@@ -35,17 +36,9 @@ class DistanceField {
   bool is_cloud() const { return !points_.empty(); }
 
  private:
-  /// From the nearest place of a triangle, in double.
-  struct Exact {
-    Vec3d off;
-    float weights[3];  ///< barycentric, of that place
-  };
-  Exact exact_at(Vec3d p, std::uint32_t triangle) const;
-  /// Walks over edges as long as that comes nearer: a search that starts from a near triangle has
-  /// few boxes to open.
-  std::uint32_t nearer(Vec3f p, std::uint32_t triangle) const;
   /// The normal that decides on the sign, not unit; sets `on_border` where the surface ends.
-  Vec3f pseudonormal(std::uint32_t triangle, const float (&weight)[3], bool& on_border) const;
+  Vec3f pseudonormal(std::uint32_t triangle, const std::array<float, 3>& weight,
+                     bool& on_border) const;
 
   std::vector<Triangle> points_;  ///< of clouds: one triangle without area a point
   TriangleTree tree_;

@@ -3,10 +3,12 @@
 // (the plastic number's additive recurrence).
 #include "stages/compare/sampling.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "core/base/parallel.h"
+#include "core/base/radix_sort.h"
 #include "core/base/random.h"
 
 namespace cornice::compare {
@@ -20,6 +22,84 @@ constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 double fraction(double x) { return x - std::floor(x); }
 
 float usable(const Foot& foot) { return foot.found() && !foot.beside ? foot.distance_m : kNone; }
+
+/// Bits of a place's cell along one axis.
+constexpr int kCellBits = 10;
+
+/// Spreads the low 10 bits to every third bit.
+std::uint64_t spread(std::uint64_t x) {
+  x = (x | (x << 16)) & 0x030000ffu;
+  x = (x | (x << 8)) & 0x0300f00fu;
+  x = (x | (x << 4)) & 0x030c30c3u;
+  return (x | (x << 2)) & 0x09249249u;
+}
+
+struct KeyedPlace {
+  std::uint64_t key;
+  std::uint32_t index;
+};
+
+/// Places along a Z-curve: the answer for one is then a good guess for the next, and what was read
+/// for it is still in the cache. Samples of one wall of a DEM lie 100 m apart.
+std::vector<KeyedPlace> along_curve(const std::vector<Vec3f>& places) {
+  std::vector<KeyedPlace> order(places.size());
+  if (places.empty()) return order;
+  Vec3f low = places.front(), high = low;
+  for (const Vec3f p : places) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  const Vec3f size = high - low;
+  constexpr auto kCells = static_cast<float>((1 << kCellBits) - 1);
+  const float scale = kCells / std::max({size.x, size.y, size.z, 1e-6f});
+  const auto cell = [&](float x) { return spread(static_cast<std::uint64_t>(x * scale)); };
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const Vec3f p = places[i] - low;
+    order[i] = {cell(p.x) | cell(p.y) << 1 | cell(p.z) << 2, static_cast<std::uint32_t>(i)};
+  }
+  radix_sort(order, 0, 3 * kCellBits, 1, [](const KeyedPlace& place) { return place.key; });
+  return order;
+}
+
+/// Samples of some elements of a surface, and which element each is of.
+struct Samples {
+  std::vector<Sample> samples;
+  std::vector<std::uint32_t> elements;
+};
+
+Samples wanted_samples(const Surface& from, std::size_t begin, std::size_t end, double spacing_m,
+                       std::uint64_t seed, const std::function<bool(double x, double y)>& wanted) {
+  Samples made;
+  std::vector<Sample> own;
+  for (std::size_t i = begin; i < end; ++i) {
+    own.clear();
+    if (from.triangles.empty()) {
+      own.push_back(
+          {from.positions[i], from.normals.empty() ? Vec3f{0, 0, 1} : from.normals[i], 0.0f});
+    } else {
+      sample_triangle(from, i, spacing_m, seed, own);
+    }
+    for (const Sample& sample : own) {
+      const Vec3d at = from.origin + sample.position.cast<double>();
+      if (!wanted(at.x, at.y)) continue;
+      made.samples.push_back(sample);
+      made.elements.push_back(static_cast<std::uint32_t>(i));
+    }
+  }
+  return made;
+}
+
+/// Calls use(index, foot) for every place.
+template <class Use>
+void measure_places(const std::vector<Vec3f>& places, const DistanceField& field, float max_m,
+                    const Use& use) {
+  std::uint32_t guess = 0xffffffffu;
+  for (const KeyedPlace& place : along_curve(places)) {
+    const Foot foot = field.at(places[place.index], max_m, guess);
+    if (foot.found()) guess = foot.triangle;
+    use(place.index, foot);
+  }
+}
 
 }  // namespace
 
@@ -57,28 +137,20 @@ std::vector<Measured> measure_samples(const Surface& from, const DistanceField& 
   std::vector<std::vector<Measured>> chunks((elements + kGrain - 1) / kGrain);
   const auto max_m = static_cast<float>(max_distance_m);
   parallel_for(elements, kGrain, threads, [&](std::size_t begin, std::size_t end) {
-    std::vector<Sample> samples;
+    const auto [samples, element] = wanted_samples(from, begin, end, spacing_m, seed, wanted);
+    std::vector<Vec3f> places;
+    places.reserve(samples.size());
+    for (const Sample& sample : samples) places.push_back(sample.position);
     std::vector<Measured>& measured = chunks[begin / kGrain];
-    std::uint32_t guess = 0xffffffffu;
-    for (std::size_t i = begin; i < end; ++i) {
-      samples.clear();
-      if (is_cloud) {
-        samples.push_back(
-            {from.positions[i], from.normals.empty() ? Vec3f{0, 0, 1} : from.normals[i], 0.0f});
-      } else {
-        sample_triangle(from, i, spacing_m, seed, samples);
-      }
-      for (const Sample& sample : samples) {
-        const Vec3d at = from.origin + sample.position.cast<double>();
-        if (!wanted(at.x, at.y)) continue;
-        const Foot foot = field.at(sample.position, max_m, guess);
-        if (foot.found()) guess = foot.triangle;
-        // A cloud has no shape of its own; what it is measured from has.
-        const Vec3f normal = is_cloud && foot.found() ? field.normal(foot.triangle) : sample.normal;
-        const bool hangs = is_cloud ? normal.z < 0.0f : !overhang.empty() && overhang[i] != 0;
-        measured.push_back({usable(foot), place_of(normal, sample.curvature_per_m, hangs)});
-      }
-    }
+    measured.resize(samples.size());
+    measure_places(places, field, max_m, [&](std::size_t i, const Foot& foot) {
+      // A cloud has no shape of its own; what it is measured from has.
+      const Vec3f normal =
+          is_cloud && foot.found() ? field.normal(foot.triangle) : samples[i].normal;
+      const bool hangs =
+          is_cloud ? normal.z < 0.0f : !overhang.empty() && overhang[element[i]] != 0;
+      measured[i] = {usable(foot), place_of(normal, samples[i].curvature_per_m, hangs)};
+    });
   });
   std::vector<Measured> all;
   for (std::vector<Measured>& chunk : chunks) {
@@ -95,14 +167,16 @@ std::vector<float> measure_vertices(const Surface& from, const DistanceField& fi
   std::vector<float> distances(from.positions.size(), kNone);
   const auto max_m = static_cast<float>(max_distance_m);
   parallel_for(from.positions.size(), kGrain, threads, [&](std::size_t begin, std::size_t end) {
-    std::uint32_t guess = 0xffffffffu;
+    std::vector<Vec3f> places;
+    std::vector<std::size_t> vertices;
     for (std::size_t v = begin; v < end; ++v) {
       const Vec3d at = from.origin + from.positions[v].cast<double>();
       if (!wanted(at.x, at.y)) continue;
-      const Foot foot = field.at(from.positions[v], max_m, guess);
-      if (foot.found()) guess = foot.triangle;
-      distances[v] = usable(foot);
+      places.push_back(from.positions[v]);
+      vertices.push_back(v);
     }
+    measure_places(places, field, max_m,
+                   [&](std::size_t i, const Foot& foot) { distances[vertices[i]] = usable(foot); });
   });
   return distances;
 }
