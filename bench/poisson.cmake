@@ -4,4 +4,4 @@ cornice_library(bench_pcl_poisson poisson/pcl_poisson.cpp)
 target_link_libraries(cornice_bench_pcl_poisson PUBLIC cornice_base PRIVATE PCL::surface)
 cornice_add_bench(poisson cornice_bench_pcl_poisson cornice_poisson_engine cornice_poisson_extract
                   cornice_mesh cornice_io)
-target_sources(bench-poisson PRIVATE poisson/hills.cpp)
+target_sources(bench-poisson PRIVATE poisson/hills.cpp poisson/run.cpp)

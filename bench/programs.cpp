@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <spawn.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -83,12 +84,15 @@ ProgramCost run_program(const std::vector<std::string>& arguments, const fs::pat
   const pid_t child = start(arguments, log);
   int status = 0;
   pid_t ended = 0;
-  while ((ended = ::waitpid(child, &status, WNOHANG)) == 0) {
+  rusage used{};
+  while ((ended = ::wait4(child, &status, WNOHANG, &used)) == 0) {
     cost.peak_resident_bytes = std::max(cost.peak_resident_bytes, peak_of(child));
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   cost.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
   if (ended < 0) throw RunError(arguments.front(), "cannot be waited for");
+  for (const timeval& time : {used.ru_utime, used.ru_stime})
+    cost.cpu_seconds += static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
   if (status != 0) {
     const std::string said = last_line(log);
     throw RunError(arguments.front(),

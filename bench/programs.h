@@ -31,6 +31,7 @@ std::filesystem::path own_folder();
 /// What a run took.
 struct ProgramCost {
   double seconds = 0.0;                   ///< of wall-clock time
+  double cpu_seconds = 0.0;               ///< of all its threads; a busy machine changes it less
   std::uint64_t peak_resident_bytes = 0;  ///< looked at every 10 ms
 };
 

@@ -145,8 +145,12 @@ class Levels {
     relax_level(level, grid.constraints);
     if (level < kFirstWhole) correct(level);
     const Residual left = residual(grid, *screening_[at(level)], options_.threads);
-    return {std::ldexp(options_.lattice.step_m, level), grid.bricks.size(), count_active(grid),
-            left.zero > 0.0 ? left.left / left.zero : 0.0, 0};
+    return {std::ldexp(options_.lattice.step_m, level),
+            samples_[at(level)].samples.size(),
+            grid.bricks.size(),
+            count_active(grid),
+            left.zero > 0.0 ? left.left / left.zero : 0.0,
+            0};
   }
   int passes(std::size_t level) const { return passes_[level]; }
 

@@ -29,6 +29,7 @@ struct SolveOptions {
 /// How one level was solved.
 struct LevelReport {
   double spacing_m = 0.0;
+  std::uint64_t cells = 0;  ///< that hold points
   std::uint64_t bricks = 0;
   std::uint64_t unknowns = 0;
   double residual = 0.0;  ///< when first solved, over that of zero; both root mean squares
