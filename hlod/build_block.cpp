@@ -64,6 +64,8 @@ void BlockBuilder::reserve() {
   data_.reserve(vertices);
   mesh_.locked.clear();
   mesh_.locked.reserve(vertices);
+  shared_.clear();
+  shared_.reserve(vertices);
 }
 
 void BlockBuilder::assemble() {
@@ -130,6 +132,7 @@ std::uint32_t BlockBuilder::add_vertex(const BuildCell& cell, std::uint32_t vert
     data_.push_back(data);
     data_.back().position = coarsened(data.position);
     mesh_.locked.push_back(0);
+    shared_.push_back(cell.sharers[vertex] != 0);
   }
   if (cell.sharers[vertex] != 0 && is_outside(cell, vertex)) mesh_.locked[index] = 1;
   return index;
@@ -155,7 +158,7 @@ void BlockBuilder::simplify() {
   options.in_plan = header_.partition == Partition::kQuadtree;
   options.max_error = static_cast<float>(options_.max_error_share * side);
   simplifier_.run(mesh_, options);
-  step_error_.prepare(mesh_, simplifier_, fine_, original_);
+  step_error_.prepare(mesh_, simplifier_, fine_, original_, shared_);
 }
 
 /// Makes one vertex of those that were rounded to one point; locked ones, which other blocks have

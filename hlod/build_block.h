@@ -74,6 +74,7 @@ class BlockBuilder {
   // Per vertex of the block:
   std::vector<LatticePoint> points_;    ///< steps of the cells' level
   std::vector<Vec3f> fine_;             ///< the same in coarse steps from base_
+  std::vector<std::uint8_t> shared_;    ///< 1 where another cell may use it
   std::vector<CellVertex> data_;        ///< with coarse positions
   std::vector<std::uint32_t> parents_;  ///< what it becomes, after those at one point are one
 };

@@ -78,6 +78,8 @@ class Simplifier {
   std::size_t triangle_count() const { return live_; }
   /// Whether a vertex was on a border of the surface before it went.
   bool is_border(std::uint32_t vertex) const { return kinds_[vertex] == Kind::kBorder; }
+  /// Whether its triangles formed one closed fan and it was not locked.
+  bool is_inside(std::uint32_t vertex) const { return kinds_[vertex] == Kind::kInside; }
 
  private:
   /// Symmetric 3 x 3 matrix A, vector b and number c of the squared distances to planes, weighted

@@ -11,8 +11,14 @@
 namespace cornice::hlod {
 namespace {
 
-/// Coarse triangles looked at on the way from a vertex's parent to its foot.
+/// Coarse triangles looked at on the way from a vertex's parent to its foot, or from foot to foot.
 constexpr int kWalkLimit = 24;
+/// Coarse triangles looked at for a way from foot to foot.
+constexpr std::size_t kSearchLimit = 64;
+/// A foot that is farther off than this part of the way to the parent may not be the nearest.
+constexpr float kFarFoot = 0.25f;
+
+constexpr std::array<std::size_t, 3> kNext{1, 2, 0};
 
 float segment_distance(Vec3f p, Vec3f a, Vec3f b) {
   const Vec3f d = b - a;
@@ -21,90 +27,134 @@ float segment_distance(Vec3f p, Vec3f a, Vec3f b) {
   return norm(p - (a + s * d));
 }
 
+bool has(const Triangle& t, std::uint32_t v) { return t[0] == v || t[1] == v || t[2] == v; }
+
+/// Where the rest [at, end] of a fine edge comes nearest to the coarse edge p-q. Moves `at` there
+/// and returns the distance. Ericson 2005, "Real-Time Collision Detection", 5.1.9.
+float pass_over(Vec3f p, Vec3f q, Vec3f end, Vec3f& at) {
+  const Vec3f u = end - at, v = q - p, w = at - p;
+  const float uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), uw = dot(u, w), vw = dot(v, w);
+  const float square = uu * vv - uv * uv;
+  float s = square > 0 ? std::clamp((uv * vw - uw * vv) / square, 0.0f, 1.0f) : 0.0f;
+  float t = vv > 0 ? (uv * s + vw) / vv : 0.0f;
+  if (!(t >= 0 && t <= 1)) {
+    t = t > 1 ? 1.0f : 0.0f;
+    s = uu > 0 ? std::clamp((t * uv - uw) / uu, 0.0f, 1.0f) : 0.0f;
+  }
+  at = at + s * u;
+  return norm(at - (p + t * v));
+}
+
 }  // namespace
 
 void StepError::prepare(const SimplifyMesh& mesh, const Simplifier& simplifier,
-                        std::span<const Vec3f> fine, std::span<const Triangle> original) {
+                        std::span<const Vec3f> fine, std::span<const Triangle> original,
+                        std::span<const std::uint8_t> shared) {
   mesh_ = &mesh;
   simplifier_ = &simplifier;
   fine_ = fine;
   original_ = original;
-  planes_.resize(mesh.triangles.size());
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const Triangle& triangle = mesh.triangles[t];
-    if (triangle[0] == kNone) continue;
-    const Vec3f a = mesh.positions[triangle[0]];
-    const Vec3f n =
-        normalized(cross(mesh.positions[triangle[1]] - a, mesh.positions[triangle[2]] - a));
-    planes_[t] = {n.x, n.y, n.z, -dot(n, a)};
-  }
+  shared_ = shared;
   feet_.assign(mesh.positions.size(), kNone);
   own_.assign(mesh.positions.size(), 0);
+  find_neighbours();
+  // A triangle that stayed and had the vertex lies on the way from the parent to it.
+  for (std::uint32_t t = 0; t < original.size(); ++t) {
+    const Triangle& now = mesh.triangles[t];
+    if (now[0] == kNone) continue;
+    for (std::size_t c = 0; c < 3; ++c) {
+      if (now[c] != original[t][c]) feet_[original[t][c]] = t;
+    }
+  }
   for (std::uint32_t v = 0; v < feet_.size(); ++v) {
     if (simplifier.parents()[v] != v) find_foot(v);
   }
 }
 
-/// The triangle on the other side of edge (edge, edge + 1), or kNone.
-std::uint32_t StepError::across(std::uint32_t triangle, std::size_t edge) const {
-  const std::uint32_t from = mesh_->triangles[triangle][edge];
-  const std::uint32_t to = mesh_->triangles[triangle][(edge + 1) % 3];
-  for (const std::uint32_t t : simplifier_->fans().of(from)) {
-    const Triangle& other = mesh_->triangles[t];
-    if (t != triangle && (other[0] == to || other[1] == to || other[2] == to)) return t;
+/// Which triangle lies on the other side of each edge (e, e + 1) of each triangle, or kNone.
+void StepError::find_neighbours() {
+  const std::vector<Triangle>& triangles = mesh_->triangles;
+  neighbours_.resize(triangles.size());
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    if (triangles[t][0] == kNone) continue;
+    for (std::size_t e = 0; e < 3; ++e) {
+      const std::uint32_t from = triangles[t][e], to = triangles[t][kNext[e]];
+      neighbours_[t][e] = kNone;
+      for (const std::uint32_t other : simplifier_->fans().of(from)) {
+        if (other != t && has(triangles[other], to)) neighbours_[t][e] = other;
+      }
+    }
   }
-  return kNone;
 }
 
 /// Walks over the coarse triangles towards the vertex, each time across the edge that it lies
 /// farthest beyond.
 void StepError::find_foot(std::uint32_t vertex) {
   const Vec3f w = fine_[vertex];
-  const std::span<const std::uint32_t> fan = simplifier_->fans().of(simplifier_->parents()[vertex]);
-  if (fan.empty()) {
-    own_[vertex] = norm(w - mesh_->positions[simplifier_->parents()[vertex]]);
-    return;
+  std::uint32_t at = feet_[vertex], before = kNone;
+  feet_[vertex] = kNone;
+  if (at == kNone) {
+    const auto fan = simplifier_->fans().of(simplifier_->parents()[vertex]);
+    if (fan.empty()) {
+      own_[vertex] = norm(w - mesh_->positions[simplifier_->parents()[vertex]]);
+      return;
+    }
+    at = fan.front();
   }
-  std::uint32_t at = fan.front(), before = kNone;
   for (int steps = 0; steps < kWalkLimit; ++steps) {
     const Triangle& t = mesh_->triangles[at];
-    const Vec3f n{planes_[at].x, planes_[at].y, planes_[at].z};
+    const std::array<Vec3f, 3> p{mesh_->positions[t[0]], mesh_->positions[t[1]],
+                                 mesh_->positions[t[2]]};
+    const std::array<Vec3f, 3> edges{p[1] - p[0], p[2] - p[1], p[0] - p[2]};
+    const Vec3f n = cross(edges[0], edges[1]);
     std::size_t worst = 3;
     float beyond = 0;
     for (std::size_t e = 0; e < 3; ++e) {
-      const Vec3f a = mesh_->positions[t[e]], b = mesh_->positions[t[(e + 1) % 3]];
-      const float side = dot(n, cross(b - a, w - a));
+      const float side = dot(n, cross(edges[e], w - p[e]));
       if (side < beyond) beyond = side, worst = e;
     }
     if (worst == 3) {
+      const float length = norm(n);
+      if (length == 0) break;
       feet_[vertex] = at;
-      own_[vertex] = std::abs(planes_[at].at(w));
+      own_[vertex] = std::abs(dot(n, w - p[0])) / length;
       break;
     }
-    const std::uint32_t next = across(at, worst);
+    const std::uint32_t next = neighbours_[at][worst];
     if (next == kNone || next == before) break;
     before = at;
     at = next;
   }
-  if (feet_[vertex] == kNone) {
-    // Beyond a border, or at a crease or a corner that lies between the triangles.
-    float nearest = std::numeric_limits<float>::infinity();
-    const auto look_at = [&](std::uint32_t triangle) {
-      const Triangle& t = mesh_->triangles[triangle];
-      const float square = nearest_on_triangle(w, mesh_->positions[t[0]], mesh_->positions[t[1]],
-                                               mesh_->positions[t[2]])
-                               .distance_sq;
-      if (square < nearest) nearest = square, feet_[vertex] = triangle;
-    };
-    for (const std::uint32_t triangle : fan) look_at(triangle);
-    for (const std::uint32_t corner : mesh_->triangles[at]) {
-      for (const std::uint32_t triangle : simplifier_->fans().of(corner)) look_at(triangle);
-    }
-    own_[vertex] = std::sqrt(nearest);
-  }
+  // Beyond a border, at a crease or a corner that lies between the triangles, or above a triangle
+  // that is not the nearest.
+  const float way = norm(w - mesh_->positions[simplifier_->parents()[vertex]]);
+  if (feet_[vertex] == kNone || own_[vertex] > kFarFoot * way) find_nearest(vertex, at);
   if (simplifier_->is_border(vertex)) {
     own_[vertex] = std::max(own_[vertex], border_distance(vertex));
   }
+}
+
+/// The nearest point of the triangles round the parent and round the triangle `at`, and round those
+/// again as long as they come nearer.
+void StepError::find_nearest(std::uint32_t vertex, std::uint32_t at) {
+  float nearest = std::numeric_limits<float>::infinity();
+  const auto look_round = [&](std::uint32_t corner) {
+    for (const std::uint32_t triangle : simplifier_->fans().of(corner)) {
+      const Triangle& t = mesh_->triangles[triangle];
+      const float square = nearest_on_triangle(fine_[vertex], mesh_->positions[t[0]],
+                                               mesh_->positions[t[1]], mesh_->positions[t[2]])
+                               .distance_sq;
+      if (square < nearest) nearest = square, feet_[vertex] = triangle;
+    }
+  };
+  look_round(simplifier_->parents()[vertex]);
+  for (int steps = 0; steps < kWalkLimit; ++steps) {
+    const Triangle corners = mesh_->triangles[at];
+    for (const std::uint32_t corner : corners) look_round(corner);
+    if (feet_[vertex] == at) break;
+    at = feet_[vertex];
+  }
+  own_[vertex] = std::sqrt(nearest);
 }
 
 /// From a vertex that was on the border to the border next to its parent: a concave border that is
@@ -115,42 +165,115 @@ float StepError::border_distance(std::uint32_t vertex) const {
   for (const std::uint32_t t : simplifier_->fans().of(parent)) {
     for (std::size_t e = 0; e < 3; ++e) {
       const Triangle& triangle = mesh_->triangles[t];
-      if (across(t, e) != kNone) continue;
+      if (neighbours_[t][e] != kNone) continue;
       nearest = std::min(nearest, segment_distance(fine_[vertex], mesh_->positions[triangle[e]],
-                                                   mesh_->positions[triangle[(e + 1) % 3]]));
+                                                   mesh_->positions[triangle[kNext[e]]]));
     }
   }
   return nearest;
 }
 
-/// Largest distance along a fine edge, its ends left out.
-float StepError::edge_error(std::uint32_t a, std::uint32_t b) const {
-  const std::uint32_t at_a = feet_[a], at_b = feet_[b];
-  if (at_a == at_b) return 0;
-  const float aa = at_a == kNone ? 0 : planes_[at_a].at(fine_[a]);
-  const float ab = at_a == kNone ? 0 : planes_[at_a].at(fine_[b]);
-  const float ba = at_b == kNone ? 0 : planes_[at_b].at(fine_[a]);
-  const float bb = at_b == kNone ? 0 : planes_[at_b].at(fine_[b]);
-  if (at_a != kNone && at_b != kNone) {
-    // Over a single crease the edge is as far from both planes.
-    int common = 0;
-    for (const std::uint32_t u : mesh_->triangles[at_a]) {
-      for (const std::uint32_t v : mesh_->triangles[at_b]) common += u == v;
+/// Over the edge e of a triangle alone.
+float StepError::over(std::uint32_t a, std::uint32_t b, std::uint32_t triangle,
+                      std::size_t e) const {
+  const Triangle& t = mesh_->triangles[triangle];
+  Vec3f at = fine_[a];
+  return pass_over(mesh_->positions[t[e]], mesh_->positions[t[kNext[e]]], fine_[b], at);
+}
+
+/// Distance along the fine edge from a to b, its ends left out; what is not above `enough` need not
+/// be the least that can be shown.
+float StepError::edge_error(std::uint32_t a, std::uint32_t b, float enough) const {
+  const std::vector<Triangle>& triangles = mesh_->triangles;
+  const std::uint32_t from = feet_[a], to = feet_[b];
+  float least = std::numeric_limits<float>::infinity();
+  if (from == kNone && to == kNone) {
+    for (const std::uint32_t t : simplifier_->fans().of(a)) {
+      if (has(triangles[t], b)) return 0;
     }
-    const float difference = (aa - ba) + (bb - ab);
-    const float s = (aa - ba) / difference;
-    if (common >= 2 && s >= 0 && s <= 1) return std::abs(aa + s * (ab - aa));
+  } else if (from == kNone || to == kNone) {
+    const std::uint32_t stays = from == kNone ? a : b, foot = from == kNone ? to : from;
+    if (has(triangles[foot], stays)) return 0;
+    for (std::size_t e = 0; e < 3; ++e) {
+      const std::uint32_t other = neighbours_[foot][e];
+      if (other != kNone && has(triangles[other], stays)) {
+        least = std::min(least, over(a, b, foot, e));
+      }
+    }
+  } else {
+    if (from == to) return 0;
+    for (std::size_t e = 0; e < 3; ++e) {
+      if (neighbours_[from][e] == to) least = std::min(least, over(a, b, from, e));
+    }
   }
-  return std::max(std::max(std::abs(aa), std::abs(ab)), std::max(std::abs(ba), std::abs(bb)));
+  return least <= enough ? least : std::min(least, search(a, b));
+}
+
+/// A triangle that the fine edge may pass on its way.
+struct StepError::Passed {
+  std::uint32_t triangle;
+  bool is_left;   ///< its neighbours are here, too
+  float largest;  ///< distance at the edges on the way so far
+  Vec3f at;       ///< how far the fine edge has come
+};
+
+/// From the foot of a to the foot of b over the coarse edges that are nearest to the fine one.
+float StepError::search(std::uint32_t a, std::uint32_t b) const {
+  std::array<Passed, kSearchLimit> passed;
+  std::size_t count = 0;
+  const auto add = [&](std::uint32_t triangle, float largest, Vec3f at) {
+    for (std::size_t i = 0; i < count; ++i) {
+      if (passed[i].triangle != triangle) continue;
+      if (largest < passed[i].largest) passed[i] = {triangle, false, largest, at};
+      return;
+    }
+    if (count < kSearchLimit) passed[count++] = {triangle, false, largest, at};
+  };
+  if (feet_[a] != kNone) {
+    add(feet_[a], 0, fine_[a]);
+  } else {
+    for (const std::uint32_t t : simplifier_->fans().of(a)) add(t, 0, fine_[a]);
+  }
+  while (true) {
+    std::size_t next = kSearchLimit;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (passed[i].is_left) continue;
+      if (next == kSearchLimit || passed[i].largest < passed[next].largest) next = i;
+    }
+    if (next == kSearchLimit) break;
+    passed[next].is_left = true;
+    const Passed from = passed[next];
+    const Triangle& t = mesh_->triangles[from.triangle];
+    if (feet_[b] != kNone ? from.triangle == feet_[b] : has(t, b)) return from.largest;
+    for (std::size_t e = 0; e < 3; ++e) {
+      const std::uint32_t other = neighbours_[from.triangle][e];
+      if (other == kNone) continue;
+      Vec3f at = from.at;
+      const float distance =
+          pass_over(mesh_->positions[t[e]], mesh_->positions[t[kNext[e]]], fine_[b], at);
+      add(other, std::max(distance, from.largest), at);
+    }
+  }
+  return std::max(own_[a], own_[b]) + norm(fine_[b] - fine_[a]);
+}
+
+/// Whether the edge is met again from its other side, by the same range of triangles.
+bool StepError::is_met_twice(std::uint32_t a, std::uint32_t b) const {
+  const auto is_within = [&](std::uint32_t v) {
+    return simplifier_->is_inside(v) && (shared_.empty() || shared_[v] == 0);
+  };
+  return is_within(a) || is_within(b);
 }
 
 float StepError::of(std::size_t begin, std::size_t end) const {
   float error = 0;
   for (std::size_t i = begin; i < end; ++i) {
     const Triangle& t = original_[i];
-    for (const std::uint32_t v : t) error = std::max(error, own_[v]);
+    error = std::max({error, own_[t[0]], own_[t[1]], own_[t[2]]});
     for (std::size_t e = 0; e < 3; ++e) {
-      error = std::max(error, edge_error(t[e], t[(e + 1) % 3]));
+      const std::uint32_t a = t[e], b = t[kNext[e]];
+      if (a > b && is_met_twice(a, b)) continue;
+      error = std::max(error, edge_error(std::min(a, b), std::max(a, b), error));
     }
   }
   return error;

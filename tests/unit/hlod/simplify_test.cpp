@@ -227,15 +227,28 @@ double sampled_distance(const std::vector<Vec3f>& positions, const std::vector<T
   return largest;
 }
 
-TEST(StepError, BoundsTheDistanceBothWays) {
-  const std::vector<SimplifyMesh> meshes{
+/// Ground of hills and gullies with boulders of all sizes, some of them steeper than they are wide.
+SimplifyMesh wild_ground(std::uint64_t seed, double roughness) {
+  return block_of(test::height_mesh(0, 0, 24, 1, [=](double x, double y) {
+    const auto key = static_cast<std::uint64_t>(x * 977 + y);
+    const double u = CounterRandom(seed, 1, key).uniform();
+    return 3 * std::sin(x / 5) * std::cos(y / 4) + roughness * u * u * u;
+  }));
+}
+
+TEST(StepError, BoundsTheDistanceBothWaysAndClosely) {
+  std::vector<SimplifyMesh> meshes{
       rough_ground(50), block_of(test::overhang_mesh(40, 30, 4, 0.8)),
       block_of(test::sphere_mesh(20, 4)),
       block_of(test::height_mesh(0, 0, 50, 1, [](double x, double) { return x > 25 ? 30 : 0; }))};
-  for (const SimplifyMesh& input : meshes) {
+  for (int i = 1; i <= 10; ++i) {
+    meshes.push_back(wild_ground(static_cast<std::uint64_t>(i), 0.6 * i));
+  }
+  for (std::size_t i = 0; i < meshes.size(); ++i) {
+    const SimplifyMesh& input = meshes[i];
     SimplifyMesh mesh = input;
     Simplifier simplifier;
-    simplifier.run(mesh, {.target_triangles = mesh.triangles.size() / 4});
+    simplifier.run(mesh, {.target_triangles = mesh.triangles.size() / (i % 2 == 0 ? 4 : 16)});
     StepError error;
     error.prepare(mesh, simplifier, input.positions, input.triangles);
     const double bound = error.of(0, input.triangles.size());
@@ -243,9 +256,28 @@ TEST(StepError, BoundsTheDistanceBothWays) {
     const double sampled = std::max(sampled_distance(input.positions, input.triangles, left),
                                     sampled_distance(input.positions, left, input.triangles));
     // Units are 1/64; floats of a few thousand units are exact to a hundredth.
-    EXPECT_GE(bound + 0.02, sampled);
-    EXPECT_LE(bound, 6 * sampled + 4);
+    EXPECT_GE(bound + 0.02, sampled) << "mesh " << i;
+    EXPECT_LE(bound, 2.2 * sampled + 1) << "mesh " << i;
   }
+}
+
+/// A range of triangles has the edges of its own triangles, whichever way round they are named.
+TEST(StepError, IsTheLargestOfItsPartsHoweverCut) {
+  const SimplifyMesh input = wild_ground(5, 3);
+  SimplifyMesh mesh = input;
+  Simplifier simplifier;
+  simplifier.run(mesh, {.target_triangles = mesh.triangles.size() / 4});
+  const std::vector<std::uint8_t> shared(mesh.positions.size(), 1);
+  StepError error;
+  error.prepare(mesh, simplifier, input.positions, input.triangles);
+  const float whole = error.of(0, input.triangles.size());
+  error.prepare(mesh, simplifier, input.positions, input.triangles, shared);
+  float largest = 0;
+  for (std::size_t t = 0; t < input.triangles.size(); t += 7) {
+    largest = std::max(largest, error.of(t, std::min(t + 7, input.triangles.size())));
+  }
+  EXPECT_EQ(whole, error.of(0, input.triangles.size()));
+  EXPECT_FLOAT_EQ(largest, whole);
 }
 
 }  // namespace
