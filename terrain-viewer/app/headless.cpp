@@ -44,6 +44,7 @@ class Studio {
  public:
   Studio(const Options& options, PixelSize size)
       : size_(size),
+        side_by_side_(options.side_by_side),
         session_(options),
         target_(size.width, size.height, options.samples),
         resolved_(size.width, size.height, 1) {}
@@ -54,7 +55,8 @@ class Studio {
   Picture draw(const Camera& camera, double seconds, Vec3d velocity, Report& report) {
     const auto start = std::chrono::steady_clock::now();
     const FrameCounts counts =
-        session_.draw(target_.framebuffer(), size_.width, size_.height, camera, seconds, velocity);
+        session_.draw(target_.framebuffer(), size_.width, size_.height, camera, seconds, velocity,
+                      {side_by_side_ ? Split::Kind::kSideBySide : Split::Kind::kNone});
     for (const std::string& failure : session_.take_failures())
       report.warn(failure + "; its parent is drawn instead");
     if (seconds == 0.0 && !counts.is_settled) ++unsettled_;
@@ -63,6 +65,7 @@ class Studio {
     select_ms_.push_back(counts.select_ms);
     triangles_.push_back(static_cast<double>(counts.triangles));
     drawn_cells_.push_back(counts.cells);
+    if (counts.overdraw > 0.0) overdraw_.push_back(counts.overdraw);
     frame_ms_.push_back(milliseconds_since(start));
     return picture;
   }
@@ -80,6 +83,7 @@ class Studio {
     report.quality("frame, slowest, ms", *std::max_element(frame_ms_.begin(), frame_ms_.end()));
     report.quality("triangles, median", middle(triangles_));
     report.quality("cells, median", middle(drawn_cells_));
+    if (!overdraw_.empty()) report.quality("overdraw, median", middle(overdraw_));
     report.quality("memory on the GPU, MiB", double(session_.cells().used_bytes()) / 1048576.0);
     report.quality("renderer", gl_description());
     std::uint64_t read = 0;
@@ -95,11 +99,12 @@ class Studio {
 
  private:
   PixelSize size_;
+  bool side_by_side_;
   OffscreenContext context_;
   Session session_;
   Target target_, resolved_;
   std::uint64_t unsettled_ = 0;
-  std::vector<double> select_ms_, frame_ms_, triangles_, drawn_cells_;
+  std::vector<double> select_ms_, frame_ms_, triangles_, drawn_cells_, overdraw_;
 };
 
 void draw_path(const Options& options, Studio& studio, Report& report, Progress& progress) {
@@ -127,6 +132,8 @@ void draw_path(const Options& options, Studio& studio, Report& report, Progress&
 void run_headless(const Options& options, Report& report, Progress& progress) {
   if (options.output.empty())
     throw UsageError("--output", "is missing: where the picture is to go");
+  if (options.files.empty())
+    throw UsageError("FILE", "is missing: which hierarchies to draw, .hlod");
   const PixelSize size = parse_size(options.size);
   for (const auto& file : options.files) report.add_input(file);
   std::unique_ptr<Studio> studio;

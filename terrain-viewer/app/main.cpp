@@ -1,12 +1,24 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // cornice-viewer: looks at hierarchies, in a window or into pictures.
+#include <algorithm>
+#include <string_view>
+
 #include "core/cli/stage.h"
 #include "terrain-viewer/app/headless.h"
+#include "terrain-viewer/app/settings.h"
 #include "terrain-viewer/app/window.h"
 
 int main(int argc, char** argv) {
   using namespace cornice;
   viewer::Options options;
+  // Pictures depend on the command line alone.
+  const bool is_headless =
+      std::find(argv, argv + argc, std::string_view("--headless")) != argv + argc;
+  viewer::SettingsRead settings;
+  if (!is_headless) {
+    settings = viewer::read_settings(viewer::settings_path());
+    viewer::apply(settings.settings, options);
+  }
   Stage stage;
   stage.name = "viewer";
   stage.description = "Draws terrain from hierarchies of any size";
@@ -18,7 +30,7 @@ int main(int argc, char** argv) {
     if (options.headless)
       viewer::run_headless(options, context.report, context.progress);
     else
-      viewer::run_window(options, context.report);
+      viewer::run_window(options, std::move(settings), context.report);
   };
   return run_stage(argc, argv, std::move(stage));
 }

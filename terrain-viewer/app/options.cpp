@@ -19,9 +19,10 @@ std::vector<std::pair<std::string, Shading>> shadings() {
 
 std::vector<Option> describe(Options& o) {
   return {
-      Option("FILE", o.files, "hierarchies that cornice-hlod built, .hlod; each is a layer")
-          .positional()
-          .required(),
+      Option("FILE", o.files,
+             "hierarchies that cornice-hlod built, .hlod; each is a layer; the window opens the "
+             "latest one where there is none")
+          .positional(),
       Option("headless", o.headless, "draw pictures without a window or a display"),
       Option("camera", o.camera, "JSON file of a camera; otherwise all is seen"),
       Option("path", o.path, "JSON file of a camera path: one picture for each frame of it"),
@@ -43,6 +44,14 @@ std::vector<Option> describe(Options& o) {
       Option("triangle-budget-m", o.triangle_budget_m, "at most so many are drawn; 0: no limit")
           .range(0, 10000)
           .unit("million triangles"),
+      Option("frame-ms", o.frame_ms,
+             "a frame may take, in the window and with --stream: the error in the picture grows as "
+             "far as that needs; 0: no limit")
+          .range(0, 1000)
+          .unit("ms"),
+      Option("side-by-side", o.side_by_side,
+             "the last layer beside the others, seen by one camera; of a single layer what lies "
+             "over it beside its own colours"),
       Option("stream", o.streams,
              "with --path: draw what is loaded in time, as the window does, instead of waiting for "
              "all that a picture needs"),

@@ -24,7 +24,9 @@ struct Options {
   double cache_mib = 1024.0;
   int loading_threads = 2;
   double triangle_budget_m = 0.0;
+  double frame_ms = 0.0;
   bool streams = false;
+  bool side_by_side = false;
   Shading shading = Shading::kNatural;
   std::string time;
   double sun_azimuth_deg = 315.0, sun_elevation_deg = 45.0;

@@ -144,27 +144,48 @@ void draw_read_out(const PanelState& state, const Camera& camera, int height,
   ImGui::End();
 }
 
-void draw_layers(PanelState& state, Session& session, PanelResult& result) {
-  if (!state.shows_layers) return;
-  ImGui::SetNextWindowPos({12.0f, 12.0f}, ImGuiCond_FirstUseEver);
-  ImGui::SetNextWindowSize({300.0f, 0.0f}, ImGuiCond_FirstUseEver);
-  ImGui::Begin("Layers", &state.shows_layers);
+/// One picture or two of the same view.
+void draw_split(PanelState& state, Session& session) {
+  if (session.layers().size() < 2 && session.cover() == Cover::kNone) {
+    state.split = Split::Kind::kNone;
+    return;
+  }
+  const auto button = [&](const char* name, Split::Kind kind) {
+    if (ImGui::RadioButton(name, state.split == kind)) state.split = kind;
+  };
+  button("one picture", Split::Kind::kNone);
+  ImGui::SameLine();
+  button("swipe", Split::Kind::kSwipe);
+  ImGui::SameLine();
+  button("side by side", Split::Kind::kSideBySide);
+  if (state.split != Split::Kind::kSwipe) return;
+  auto share = static_cast<float>(state.swipe);
+  if (ImGui::SliderFloat("line", &share, 0.0f, 1.0f, "")) state.swipe = share;
+}
+
+/// Up and down in the order in which layers are drawn, and visible and opaque.
+void draw_layer_rows(Session& session) {
   for (std::size_t i = 0; i < session.layers().size(); ++i) {
     LayerLook& look = session.looks()[i];
     ImGui::PushID(static_cast<int>(i));
+    if (i > 0) {
+      if (ImGui::SmallButton("up")) session.swap_layers(i - 1, i);
+      ImGui::SameLine();
+    }
     ImGui::Checkbox(session.layers()[i]->name().c_str(), &look.is_visible);
     auto opacity = static_cast<float>(look.opacity);
     if (ImGui::SliderFloat("opacity", &opacity, 0.1f, 1.0f, "%.2f")) look.opacity = opacity;
     ImGui::PopID();
   }
-  if (session.layers().size() > 1) {
-    bool swipes = state.swipe >= 0.0;
-    if (ImGui::Checkbox("swipe to the last layer", &swipes)) state.swipe = swipes ? 0.5 : -1.0;
-    if (swipes) {
-      auto share = static_cast<float>(state.swipe);
-      if (ImGui::SliderFloat("line", &share, 0.0f, 1.0f, "")) state.swipe = share;
-    }
-  }
+}
+
+void draw_layers(PanelState& state, Session& session, PanelResult& result) {
+  if (!state.shows_layers) return;
+  ImGui::SetNextWindowPos({12.0f, 12.0f}, ImGuiCond_FirstUseEver);
+  ImGui::SetNextWindowSize({300.0f, 0.0f}, ImGuiCond_FirstUseEver);
+  ImGui::Begin("Layers", &state.shows_layers);
+  draw_layer_rows(session);
+  draw_split(state, session);
   draw_cover(session);
   ImGui::Separator();
   Style& style = session.style();
@@ -180,9 +201,19 @@ void draw_layers(PanelState& state, Session& session, PanelResult& result) {
   if (ImGui::SliderFloat("error", &pixels, 0.5f, 16.0f, "%.1f pixels",
                          ImGuiSliderFlags_Logarithmic))
     session.error_pixels() = pixels;
+  auto frame_ms = static_cast<float>(session.frame_ms());
+  if (ImGui::SliderFloat("frame time", &frame_ms, 0.0f, 100.0f,
+                         frame_ms > 0.0f ? "at most %.0f ms" : "no limit"))
+    session.frame_ms() = frame_ms;
+  ImGui::Checkbox("freeze what is chosen", &session.is_frozen());
   if (!state.bookmarks.empty() && ImGui::TreeNode("Bookmarks")) {
     for (const PanelState::Bookmark& bookmark : state.bookmarks)
       if (ImGui::Selectable(bookmark.name.c_str())) result.go = bookmark.camera;
+    ImGui::TreePop();
+  }
+  if (!state.recent.empty() && ImGui::TreeNode("Recent files")) {
+    for (const std::filesystem::path& file : state.recent)
+      if (ImGui::Selectable(file.c_str())) result.open = file;
     ImGui::TreePop();
   }
   ImGui::End();
@@ -190,14 +221,18 @@ void draw_layers(PanelState& state, Session& session, PanelResult& result) {
 
 void draw_frames(PanelState& state, Session& session, const FrameCounts& counts) {
   if (!state.shows_frames) return;
-  ImGui::SetNextWindowPos({12.0f, 330.0f}, ImGuiCond_FirstUseEver);
+  ImGui::SetNextWindowPos({324.0f, 12.0f}, ImGuiCond_FirstUseEver);
   ImGui::Begin("Frames", &state.shows_frames, ImGuiWindowFlags_AlwaysAutoResize);
   const float slowest = *std::max_element(state.frame_ms.begin(), state.frame_ms.end());
   ImGui::PlotLines("##ms", state.frame_ms.data(), static_cast<int>(state.frame_ms.size()),
                    static_cast<int>(state.frame_at), nullptr, 0.0f, std::max(20.0f, slowest),
                    {280.0f, 60.0f});
   const std::size_t last = (state.frame_at + state.frame_ms.size() - 1) % state.frame_ms.size();
-  ImGui::Text("frame %.1f ms, choosing %.2f ms", double(state.frame_ms[last]), counts.select_ms);
+  ImGui::Text("frame %.1f ms, drawing %.1f ms, choosing %.2f ms", double(state.frame_ms[last]),
+              counts.draw_ms, counts.select_ms);
+  ImGui::Text("error %.2f pixels%s", counts.error_pixels,
+              session.is_frozen() ? ", what is drawn is frozen" : "");
+  if (counts.overdraw > 0.0) ImGui::Text("each pixel drawn %.2f times", counts.overdraw);
   ImGui::Text("%.2f M triangles, %u cells, %u calls", double(counts.triangles) * 1e-6, counts.cells,
               counts.calls);
   ImGui::Text(
@@ -232,11 +267,14 @@ void draw_help(PanelState& state) {
       "N              next shading      C  contour lines\n"
       "X              edges             L  layers\n"
       "O              photograph, differences, neither\n"
+      "V              one picture, swipe, side by side\n"
+      "K              freeze what is chosen\n"
       "1 .. 9         show or hide a layer\n"
       "Tab            blink between the last two layers\n"
       "F3             frame times       F11  full screen\n"
       "F12            picture and its camera\n"
-      "P              add this view to a path; Shift+P saves it\n"
+      "Ctrl+Q         quit\n"
+      "P              add this view to a path; Shift+P saves it, Ctrl+P plays it\n"
       "drop a file    hierarchy: a layer; raster: over the ground");
   ImGui::End();
 }

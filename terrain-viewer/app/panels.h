@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,8 +18,10 @@ struct PanelState {
   bool shows_help = false, shows_frames = false, shows_layers = true;
   bool asks_place = false;
   std::array<char, 96> place{};
-  double swipe = -1.0;  ///< share of the width, below 0: off
-  std::string message;  ///< last line of the log
+  Split::Kind split = Split::Kind::kNone;
+  double swipe = 0.5;                         ///< share of the width
+  std::vector<std::filesystem::path> recent;  ///< files opened lately
+  std::string message;                        ///< last line of the log
   double speed_ms = 0.0;
   bool walks = false;
   struct Bookmark {
@@ -39,6 +42,7 @@ struct UnderCursor {
 /// What a panel was asked for.
 struct PanelResult {
   std::optional<Camera> go;
+  std::optional<std::filesystem::path> open;
 };
 
 PanelResult draw_panels(PanelState& state, Session& session, const Camera& camera, int width,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "terrain-viewer/app/session.h"
 
+#include <algorithm>
 #include <chrono>
 
 namespace cornice::viewer {
@@ -24,6 +25,12 @@ Session::Session(const Options& options)
 void Session::add_layer(const std::filesystem::path& file) {
   viewer::add_layer(layers_, file, options_, cells_);
   looks_.emplace_back();
+  is_frozen_ = false;
+}
+
+void Session::swap_layers(std::size_t i, std::size_t j) {
+  std::swap(layers_[i], layers_[j]);
+  std::swap(looks_[i], looks_[j]);
 }
 
 void Session::add_drape(const std::vector<std::filesystem::path>& files, RasterKind kind) {
@@ -46,7 +53,6 @@ Cover Session::cover() const { return shown_drape() != nullptr ? cover_ : Cover:
 
 void Session::update_drape(const LayerView& view, FrameCounts& counts) {
   Drape* drape = shown_drape();
-  renderer_.set_drape(drape != nullptr ? &drape->texture() : nullptr);
   if (drape == nullptr) return;
   const SceneBox box = box_of(layers_);
   const TileView tiles{view.camera,         double(view.width) / view.height,
@@ -59,46 +65,105 @@ void Session::update_drape(const LayerView& view, FrameCounts& counts) {
   counts.drape = drape->counts();
 }
 
-FrameCounts Session::draw(GLuint framebuffer, int width, int height, const Camera& camera,
-                          double seconds, Vec3d velocity, double swipe_column) {
-  const auto start = std::chrono::steady_clock::now();
-  ++frame_;
-  LayerView view;
-  view.camera = camera;
-  view.width = width;
-  view.height = height;
-  view.error_pixels = options_.error_pixels;
-  view.triangle_budget = static_cast<std::uint64_t>(options_.triangle_budget_m * 1e6);
-  view.seconds = seconds;
-  view.velocity = velocity;
-  FrameCounts counts;
+std::size_t Session::last_visible() const {
   std::size_t last = layers_.size();
+  for (std::size_t i = 0; i < layers_.size(); ++i)
+    if (looks_[i].is_visible) last = i;
+  return last;
+}
+
+std::size_t Session::visible_count() const {
+  return static_cast<std::size_t>(std::count_if(
+      looks_.begin(), looks_.end(), [](const LayerLook& look) { return look.is_visible; }));
+}
+
+void Session::choose(const LayerView& view, FrameCounts& counts) {
   for (std::size_t i = 0; i < layers_.size(); ++i) {
     if (!looks_[i].is_visible) continue;
-    last = i;
-    if (seconds > 0.0)
-      layers_[i]->update(view, cells_, frame_);
-    else
-      layers_[i]->settle(view, cells_, frame_);
+    if (!is_frozen_) {
+      if (view.seconds > 0.0)
+        layers_[i]->update(view, cells_, frame_);
+      else
+        layers_[i]->settle(view, cells_, frame_);
+    }
     counts.missing += layers_[i]->counts().cells_missing;
     counts.uploaded_bytes += layers_[i]->counts().uploaded_bytes;
   }
   counts.is_settled = counts.missing == 0;
   update_drape(view, counts);
-  counts.select_ms =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-  renderer_.begin(framebuffer, width, height, camera, style_, options_.has_sky ? nullptr : &kBlack);
+}
+
+void Session::draw_part(Part part, const Split& split, FrameCounts& counts) {
+  const bool has_two = visible_count() > 1;
+  const std::size_t last = last_visible();
+  Drape* drape = part == Part::kFirst && !has_two ? nullptr : shown_drape();
+  renderer_.set_drape(drape != nullptr ? &drape->texture() : nullptr);
+  Swipe swipe;
+  if (split.kind == Split::Kind::kSwipe) swipe = {split.column, part == Part::kFirst ? -1 : 1};
   for (std::size_t i = 0; i < layers_.size(); ++i) {
     if (!looks_[i].is_visible) continue;
+    if (part != Part::kWhole && has_two && (i == last) != (part == Part::kSecond)) continue;
     Style style = style_;
     style.opacity = looks_[i].opacity;
-    Swipe swipe;
-    if (swipe_column >= 0.0) swipe = {swipe_column, i == last ? 1 : -1};
     const DrawCounts drawn = renderer_.draw(layers_[i]->list(), cells_, style, swipe);
     counts.triangles += drawn.triangles;
     counts.cells += drawn.cells;
     counts.calls += drawn.calls;
   }
+}
+
+void Session::draw_panes(GLuint framebuffer, const LayerView& view, const Split& split,
+                         FrameCounts& counts) {
+  const Colour* clear = options_.has_sky ? nullptr : &kBlack;
+  const auto begin = [&](int left) {
+    renderer_.begin(framebuffer, view.width, view.height, view.camera, style_, clear, left);
+  };
+  const auto end = [&] {
+    if (style_.shading == Shading::kOverdraw) counts.overdraw = renderer_.show_overdraw();
+  };
+  begin(0);
+  const bool is_split = split.kind != Split::Kind::kNone;
+  draw_part(is_split ? Part::kFirst : Part::kWhole, split, counts);
+  if (split.kind == Split::Kind::kSideBySide) {
+    end();
+    begin(view.width);
+  }
+  if (is_split) draw_part(Part::kSecond, split, counts);
+  end();
+}
+
+void Session::heed_budget(double choose_ms, double seconds, FrameCounts& counts) {
+  while (const auto ms = timer_.take()) gpu_ms_ = *ms;
+  counts.draw_ms = std::max(choose_ms, gpu_ms_);
+  budget_.set_target_ms(options_.frame_ms);
+  if (seconds > 0.0 && !is_frozen_) budget_.add(counts.draw_ms, seconds);
+}
+
+FrameCounts Session::draw(GLuint framebuffer, int width, int height, const Camera& camera,
+                          double seconds, Vec3d velocity, const Split& split) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto milliseconds = [&] {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+        .count();
+  };
+  ++frame_;
+  FrameCounts counts;
+  LayerView view;
+  view.camera = camera;
+  view.width = pane_width(width, split);
+  view.height = height;
+  // Pictures that wait for all they need have no need to be quick.
+  view.error_pixels = options_.error_pixels / (seconds > 0.0 ? budget_.share() : 1.0);
+  view.triangle_budget = static_cast<std::uint64_t>(options_.triangle_budget_m * 1e6);
+  view.seconds = seconds;
+  view.velocity = velocity;
+  counts.error_pixels = view.error_pixels;
+  choose(view, counts);
+  counts.select_ms = milliseconds();
+  timer_.begin();
+  draw_panes(framebuffer, view, split, counts);
+  timer_.end();
+  heed_budget(milliseconds(), seconds, counts);
   return counts;
 }
 

@@ -9,7 +9,9 @@
 
 #include "terrain-viewer/app/scene_setup.h"
 #include "terrain-viewer/render/drape.h"
+#include "terrain-viewer/render/gpu_timer.h"
 #include "terrain-viewer/render/terrain_renderer.h"
+#include "terrain-viewer/scene/frame_budget.h"
 
 namespace cornice::viewer {
 
@@ -18,6 +20,18 @@ struct LayerLook {
   bool is_visible = true;
   double opacity = 1.0;
 };
+
+/// Two pictures of one view: the last visible layer against the others or, of a single layer, what
+/// is draped over it against its own colours.
+struct Split {
+  enum class Kind { kNone, kSwipe, kSideBySide };
+  Kind kind = Kind::kNone;
+  double column = 0.0;  ///< of kSwipe: the second picture begins at this pixel column
+};
+/// Width of the one picture, or of each of two side by side.
+inline int pane_width(int width, const Split& split) {
+  return split.kind == Split::Kind::kSideBySide && width > 1 ? width / 2 : width;
+}
 
 /// What lies over the ground's own colours.
 enum class Cover { kNone, kPhoto, kDifference };
@@ -28,6 +42,9 @@ struct FrameCounts {
   std::uint64_t triangles = 0;
   std::uint32_t cells = 0, calls = 0, missing = 0;
   DrapeCounts drape;
+  double error_pixels = 0.0;  ///< asked, or what the target for the time of a frame makes of it
+  double draw_ms = 0.0;       ///< of the CPU or of the GPU some frames ago, whichever is longer
+  double overdraw = 0.0;      ///< fragments per pixel drawn, in the shading of that name
   std::uint64_t uploaded_bytes = 0;
   bool is_settled = true;  ///< nothing that the view needs is missing
 };
@@ -43,8 +60,14 @@ class Session {
   Style& style() { return style_; }
   const GpuCells& cells() const { return cells_; }
   double& error_pixels() { return options_.error_pixels; }
+  /// Milliseconds that a frame may take; 0: no target.
+  double& frame_ms() { return options_.frame_ms; }
+  /// While true, what is drawn stays chosen as it is, wherever the camera goes.
+  bool& is_frozen() { return is_frozen_; }
   /// Adds a file as the last layer. Throws as open_layers.
   void add_layer(const std::filesystem::path& file);
+  /// Changes places in the order of drawing.
+  void swap_layers(std::size_t i, std::size_t j);
   /// Lays rasters over the ground, as photograph or differences, in place of those before, and
   /// shows them. Throws as Drape.
   void add_drape(const std::vector<std::filesystem::path>& files, RasterKind kind);
@@ -56,14 +79,21 @@ class Session {
   void set_cover(Cover cover) { cover_ = cover; }
 
   /// Draws into a framebuffer. seconds since the frame before; 0: waits for all that it needs.
-  /// swipe_column: from this pixel column on the last visible layer is drawn, left of it the
-  /// others; below 0: all layers everywhere.
   FrameCounts draw(GLuint framebuffer, int width, int height, const Camera& camera, double seconds,
-                   Vec3d velocity, double swipe_column = -1.0);
+                   Vec3d velocity, const Split& split = {});
   /// Messages about cells and tiles that could not be read since the last call.
   std::vector<std::string> take_failures();
 
  private:
+  enum class Part { kWhole, kFirst, kSecond };  ///< of two pictures
+
+  std::size_t last_visible() const;
+  std::size_t visible_count() const;
+  void choose(const LayerView& view, FrameCounts& counts);
+  void draw_part(Part part, const Split& split, FrameCounts& counts);
+  void draw_panes(GLuint framebuffer, const LayerView& view, const Split& split,
+                  FrameCounts& counts);
+  void heed_budget(double choose_ms, double seconds, FrameCounts& counts);
   Drape* shown_drape() const;
   void update_drape(const LayerView& view, FrameCounts& counts);
 
@@ -75,6 +105,10 @@ class Session {
   Style style_;
   std::unique_ptr<Drape> photo_, difference_;
   Cover cover_ = Cover::kNone;
+  GpuTimer timer_;
+  FrameBudget budget_;
+  double gpu_ms_ = 0.0;
+  bool is_frozen_ = false;
   std::uint64_t frame_ = 0;
 };
 

@@ -83,10 +83,21 @@ struct Canvas {
 
 class WindowApp {
  public:
-  WindowApp(const Options& options, Report& report)
-      : options_(options), report_(report), window_(parse_size(options.size)), session_(options) {
+  WindowApp(const Options& options, SettingsRead settings, Report& report)
+      : options_(options),
+        report_(report),
+        settings_(std::move(settings.settings)),
+        window_(parse_size(options.size)),
+        session_(options) {
+    panels_.message = settings.problem;
+    panels_.shows_layers = settings_.shows_layers;
+    panels_.shows_frames = settings_.shows_frames;
+    if (options.side_by_side) panels_.split = Split::Kind::kSideBySide;
+    for (const auto& file : options.files) settings_.opened(file);
+    panels_.recent = settings_.recent;
     const SceneBox box = box_of(session_.layers());
     glfwGetFramebufferSize(window_.get(), &width_, &height_);
+    pane_width_ = width_;
     camera_ = options.camera.empty()
                   ? seeing_all({}, box.lowest, box.highest, double(width_) / std::max(1, height_))
                   : read_camera(options.camera);
@@ -112,6 +123,7 @@ class WindowApp {
       panels_.frame_at = (panels_.frame_at + 1) % panels_.frame_ms.size();
       ++frames_;
     }
+    keep_settings();
     report_.count("frames", frames_);
     report_.quality("renderer", gl_description());
   }
@@ -127,6 +139,7 @@ class WindowApp {
     ImGui::NewFrame();
     const Vec3d before = camera_.eye;
     read_keys();
+    if (plays_) play(seconds);
     camera_ = controls_.step(
         camera_, read_input(seconds), [this] { return point_under(cursor_x_, cursor_y_); },
         [this](double x, double y) { return ground_at(x, y); });
@@ -141,9 +154,10 @@ class WindowApp {
   }
 
   void draw(double seconds, Vec3d velocity) {
-    const double swipe = panels_.swipe >= 0.0 ? panels_.swipe * width_ : -1.0;
+    const Split split{panels_.split, panels_.swipe * width_};
+    pane_width_ = pane_width(width_, split);
     const FrameCounts counts = session_.draw(canvas_->drawn.framebuffer(), width_, height_, camera_,
-                                             seconds, velocity, swipe);
+                                             seconds, velocity, split);
     glBlitNamedFramebuffer(canvas_->drawn.framebuffer(), canvas_->shown.framebuffer(), 0, 0, width_,
                            height_, 0, 0, width_, height_,
                            GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT, GL_NEAREST);
@@ -156,6 +170,7 @@ class WindowApp {
     panels_.walks = controls_.walks;
     const PanelResult result =
         draw_panels(panels_, session_, camera_, width_, height_, under_cursor(), counts);
+    if (result.open) open_file(result.open->c_str());
     if (result.go) {
       camera_ = *result.go;
       history_.add(camera_);
@@ -173,10 +188,14 @@ class WindowApp {
                          height_ - 1 - static_cast<GLint>(y), 0, 1, 1, 1, GL_DEPTH_COMPONENT,
                          GL_FLOAT, sizeof depth, &depth);
     if (!(depth > 0.0f)) return std::nullopt;
-    const Vec3d ray = ray_of_pixel(drawn_camera_, width_, height_, std::floor(x), std::floor(y));
+    const Vec3d ray =
+        ray_of_pixel(drawn_camera_, pane_width_, height_, std::floor(in_pane(x)), std::floor(y));
     const double along = kNearM / double(depth);
     return drawn_camera_.eye + along / dot(ray, axes_of(drawn_camera_).forward) * ray;
   }
+
+  /// The column in the one of two pictures that the cursor is in.
+  double in_pane(double x) const { return x >= pane_width_ ? x - pane_width_ : x; }
 
   std::optional<UnderCursor> under_cursor() const {
     const auto here = point_under(cursor_x_, cursor_y_);
@@ -208,7 +227,7 @@ class WindowApp {
   ControlInput read_input(double seconds) {
     ControlInput in;
     in.seconds = seconds;
-    in.width = width_;
+    in.width = pane_width_;
     in.height = height_;
     const ImGuiIO& io = ImGui::GetIO();
     double x = 0.0, y = 0.0;
@@ -218,7 +237,8 @@ class WindowApp {
     y *= double(io.DisplayFramebufferScale.y);
     in.dx = x - cursor_x_;
     in.dy = y - cursor_y_;
-    in.x = cursor_x_ = x;
+    cursor_x_ = x;
+    in.x = in_pane(x);
     in.y = cursor_y_ = y;
     if (!io.WantCaptureMouse) {
       in.left = io.MouseDown[0];
@@ -277,6 +297,8 @@ class WindowApp {
     if (io.KeyCtrl) {
       if (pressed(GLFW_KEY_Z)) camera_ = history_.undo().value_or(camera_);
       if (pressed(GLFW_KEY_Y)) camera_ = history_.redo().value_or(camera_);
+      if (pressed(GLFW_KEY_P)) start_playing();
+      if (pressed(GLFW_KEY_Q)) glfwSetWindowShouldClose(window_.get(), GLFW_TRUE);
       return;
     }
     if (pressed(GLFW_KEY_G)) panels_.asks_place = true;
@@ -298,6 +320,9 @@ class WindowApp {
     if (pressed(GLFW_KEY_C)) style.contour_interval_m = style.contour_interval_m > 0.0 ? 0.0 : 20.0;
     if (pressed(GLFW_KEY_X)) style.has_edges = !style.has_edges;
     if (pressed(GLFW_KEY_O)) next_cover();
+    if (pressed(GLFW_KEY_V))
+      panels_.split = static_cast<Split::Kind>((static_cast<int>(panels_.split) + 1) % 3);
+    if (pressed(GLFW_KEY_K)) session_.is_frozen() = !session_.is_frozen();
     auto& looks = session_.looks();
     for (int i = 0; i < 9; ++i)
       if (pressed(GLFW_KEY_1 + i) && static_cast<std::size_t>(i) < looks.size())
@@ -345,6 +370,43 @@ class WindowApp {
     panels_.message = std::to_string(path_.keys.size()) + " views in the path; Shift+P saves it";
   }
 
+  /// The path that is being made, else the one of --path, from its start.
+  void start_playing() {
+    try {
+      if (path_.keys.empty() && !options_.path.empty()) path_ = read_camera_path(options_.path);
+    } catch (const Error& error) {
+      panels_.message = error.what();
+    }
+    plays_ = !plays_ && path_.keys.size() > 1;
+    played_s_ = 0.0;
+  }
+
+  void play(double seconds) {
+    played_s_ += seconds;
+    camera_ = path_.at(path_.keys.front().time_s + played_s_);
+    plays_ = played_s_ < path_.duration_s();
+  }
+
+  void keep_settings() {
+    const Style& style = session_.style();
+    if (glfwGetWindowMonitor(window_.get()) == nullptr)
+      glfwGetWindowSize(window_.get(), &settings_.window.width, &settings_.window.height);
+    settings_.shading = style.shading;
+    settings_.contour_interval_m = style.contour_interval_m;
+    settings_.has_edges = style.has_edges;
+    settings_.error_pixels = session_.error_pixels();
+    settings_.frame_ms = session_.frame_ms();
+    settings_.shows_layers = panels_.shows_layers;
+    settings_.shows_frames = panels_.shows_frames;
+    const std::filesystem::path file = settings_path();
+    if (file.empty()) return;
+    try {
+      write_settings(file, settings_);
+    } catch (const Error& error) {
+      report_.warn(std::string("settings are not kept: ") + error.what());
+    }
+  }
+
   void save_path() {
     if (path_.keys.empty()) return;
     const std::string name = "cornice-path-" + stamp() + ".json";
@@ -380,6 +442,10 @@ class WindowApp {
         session_.add_drape({path}, *kind);
       else
         session_.add_layer(path);
+      if (!kind) {
+        settings_.opened(path);
+        panels_.recent = settings_.recent;
+      }
       panels_.message = std::string("opened ") + path;
     } catch (const Error& error) {
       panels_.message = error.what();
@@ -401,6 +467,7 @@ class WindowApp {
 
   const Options& options_;
   Report& report_;
+  Settings settings_;
   WindowSystem window_;
   Session session_;
   std::unique_ptr<Canvas> canvas_;
@@ -413,15 +480,25 @@ class WindowApp {
   int width_ = 0, height_ = 0, windowed_width_ = 1280, windowed_height_ = 720;
   double cursor_x_ = 0.0, cursor_y_ = 0.0;
   bool wants_picture_ = false;
+  bool plays_ = false;
+  double played_s_ = 0.0;
+  int pane_width_ = 0;
   std::array<bool, GLFW_KEY_LAST + 1> was_down_{};
   std::uint64_t frames_ = 0;
 };
 
 }  // namespace
 
-void run_window(const Options& options, Report& report) {
+void run_window(const Options& asked, SettingsRead settings, Report& report) {
+  Options options = asked;
+  if (options.files.empty()) {
+    if (settings.settings.recent.empty())
+      throw UsageError("FILE", "is missing: which hierarchies to look at, .hlod");
+    options.files = {settings.settings.recent.front()};
+  }
+  if (!settings.problem.empty()) report.warn(settings.problem);
   for (const auto& file : options.files) report.add_input(file);
-  WindowApp app(options, report);
+  WindowApp app(options, std::move(settings), report);
   app.run();
 }
 

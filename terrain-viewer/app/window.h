@@ -4,11 +4,13 @@
 
 #include "core/cli/report.h"
 #include "terrain-viewer/app/options.h"
+#include "terrain-viewer/app/settings.h"
 
 namespace cornice::viewer {
 
-/// Runs until the window is closed. Throws RunError where there is no display or no OpenGL 4.5,
-/// naming --headless.
-void run_window(const Options& options, Report& report);
+/// Runs until the window is closed; then settings are kept for the next time. Without files in the
+/// options, opens the latest one of the settings. Throws UsageError where there is none, RunError
+/// where there is no display or no OpenGL 4.5, naming --headless.
+void run_window(const Options& options, SettingsRead settings, Report& report);
 
 }  // namespace cornice::viewer

@@ -11,5 +11,7 @@ extern const char* const kSurfaceFragment;
 extern const char* const kSkyVertex;
 extern const char* const kSkyFragment;
 extern const char* const kEdgesFragment;
+extern const char* const kOverdrawFragment;
+extern const char* const kOverdrawColoursFragment;
 
 }  // namespace cornice::viewer::shaders

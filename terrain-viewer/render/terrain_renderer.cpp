@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "hlod/octahedral.h"
+#include "terrain-viewer/render/overdraw.h"
 #include "terrain-viewer/render/shaders.h"
 
 namespace cornice::viewer {
@@ -61,7 +62,7 @@ DrawRecord shared_record(const DrawList& list, Vec3d eye) {
 }
 
 DrawRecord record_of(const DrawList& list, const DrawList::Item& item, DrawRecord record,
-                     double eye_height) {
+                     double eye_height, bool has_cell_colours) {
   const hlod::Node& node = (*list.nodes)[item.row];
   const int level = node.key.level;
   record.origin = whole(node.lowest, item.cell.first_vertex);
@@ -73,7 +74,7 @@ DrawRecord record_of(const DrawList& list, const DrawList::Item& item, DrawRecor
   } else {
     record.band = {0, 0, 0, list.header->lattice.finest_level};
   }
-  const Colour colour = level_colour(level);
+  const Colour colour = has_cell_colours ? cell_colour(level, item.row) : level_colour(level);
   record.colour = {float(colour[0]) / 255.0f, float(colour[1]) / 255.0f, float(colour[2]) / 255.0f,
                    static_cast<float>(eye_height)};
   return record;
@@ -156,7 +157,9 @@ struct TerrainRenderer::State {
   GrowingBuffer records, commands, draw_indices;
   std::size_t draw_index_count = 0;
   Camera camera;
-  int width = 0, height = 0;
+  std::unique_ptr<Overdraw> overdraw;
+  GLuint framebuffer = 0;
+  int width = 0, height = 0, left = 0;
 
   void set_frame(const Style& style, const Swipe& swipe) {
     const FrameBlock block = frame_block(camera, width, height, style, swipe);
@@ -181,7 +184,7 @@ struct TerrainRenderer::State {
   }
 
   /// Sends the list to the GPU and binds it; returns what a draw call would draw.
-  DrawCounts prepare(const DrawList& list, const GpuCells& cells) {
+  DrawCounts prepare(const DrawList& list, const GpuCells& cells, Shading shading) {
     const DrawRecord shared = shared_record(list, camera.eye);
     std::vector<DrawRecord> draws;
     std::vector<DrawCommand> orders;
@@ -190,7 +193,7 @@ struct TerrainRenderer::State {
       orders.push_back({item.cell.index_count, 1, item.cell.first_index,
                         static_cast<std::int32_t>(item.cell.first_vertex),
                         static_cast<std::uint32_t>(draws.size())});
-      draws.push_back(record_of(list, item, shared, camera.eye.z));
+      draws.push_back(record_of(list, item, shared, camera.eye.z, shading == Shading::kCell));
       counts.triangles += item.cell.index_count / 3;
     }
     counts.cells = static_cast<std::uint32_t>(draws.size());
@@ -253,12 +256,16 @@ TerrainRenderer::TerrainRenderer() : state_(std::make_unique<State>()) {}
 TerrainRenderer::~TerrainRenderer() = default;
 
 void TerrainRenderer::begin(GLuint framebuffer, int width, int height, const Camera& camera,
-                            const Style& style, const Colour* clear_colour) {
+                            const Style& style, const Colour* clear_colour, int left) {
+  state_->framebuffer = framebuffer;
+  state_->left = left;
   state_->camera = camera;
   state_->width = width;
   state_->height = height;
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-  glViewport(0, 0, width, height);
+  glViewport(left, 0, width, height);
+  glScissor(left, 0, width, height);
+  glEnable(GL_SCISSOR_TEST);
   glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_GREATER);
@@ -267,8 +274,14 @@ void TerrainRenderer::begin(GLuint framebuffer, int width, int height, const Cam
   glClearColor(float(colour[0]) / 255.0f, float(colour[1]) / 255.0f, float(colour[2]) / 255.0f, 1);
   glClearDepth(0.0);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  glDisable(GL_SCISSOR_TEST);
   state_->set_frame(style, {});
-  if (clear_colour == nullptr) state_->draw_sky();
+  if (style.shading == Shading::kOverdraw) {
+    if (!state_->overdraw) state_->overdraw = std::make_unique<Overdraw>();
+    state_->overdraw->begin(width, height);
+  } else if (clear_colour == nullptr) {
+    state_->draw_sky();
+  }
 }
 
 void TerrainRenderer::set_drape(DrapeTexture* drape) { state_->drape = drape; }
@@ -276,7 +289,13 @@ void TerrainRenderer::set_drape(DrapeTexture* drape) { state_->drape = drape; }
 DrawCounts TerrainRenderer::draw(const DrawList& list, const GpuCells& cells, const Style& style,
                                  const Swipe& swipe) {
   state_->set_frame(style, swipe);
-  DrawCounts counts = state_->prepare(list, cells);
+  DrawCounts counts = state_->prepare(list, cells, style.shading);
+  if (style.shading == Shading::kOverdraw) {
+    glUseProgram(state_->overdraw->program());
+    state_->call(counts);
+    counts.calls = 1;
+    return counts;
+  }
   if (style.opacity < 1.0) {
     glEnable(GL_BLEND);
     glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
@@ -300,11 +319,15 @@ DrawCounts TerrainRenderer::draw(const DrawList& list, const GpuCells& cells, co
   return counts;
 }
 
+double TerrainRenderer::show_overdraw() {
+  return state_->overdraw->show(state_->framebuffer, state_->left);
+}
+
 void TerrainRenderer::place(const DrawList& list, const GpuCells& cells, std::size_t count,
                             GLuint places) {
   const GlProgram program =
       make_program("places", shaders::kSurfaceVertex, shaders::kSurfaceFragment, {"from_eye"});
-  state_->prepare(list, cells);
+  state_->prepare(list, cells, Shading::kPlain);
   glUseProgram(program.id());
   glBindBufferBase(GL_TRANSFORM_FEEDBACK_BUFFER, 0, places);
   glEnable(GL_RASTERIZER_DISCARD);

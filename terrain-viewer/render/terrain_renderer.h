@@ -49,13 +49,16 @@ class TerrainRenderer {
   TerrainRenderer& operator=(const TerrainRenderer&) = delete;
 
   /// Clears the target and draws the sky, or `clear_colour` where there is one.
+  /// The picture is the part of the framebuffer from pixel column `left` on.
   void begin(GLuint framebuffer, int width, int height, const Camera& camera, const Style& style,
-             const Colour* clear_colour = nullptr);
+             const Colour* clear_colour = nullptr, int left = 0);
   /// What lies over all that is drawn from now on; null: nothing. Must live as long as that.
   void set_drape(DrapeTexture* drape);
   /// Draws one hierarchy over what is there. begin comes first.
   DrawCounts draw(const DrawList& list, const GpuCells& cells, const Style& style,
                   const Swipe& swipe = {});
+  /// After all that is drawn in the shading kOverdraw: shows it. Returns Overdraw::show().
+  double show_overdraw();
   /// Writes where the vertex shader puts the first `count` vertices of the list's first cell, three
   /// floats each, metres from the eye, into a buffer: for tests of the shader itself. begin comes
   /// first.

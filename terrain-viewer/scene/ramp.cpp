@@ -122,4 +122,13 @@ Colour level_colour(int level) {
   return kColours[static_cast<std::size_t>(level) % kColours.size()];
 }
 
+Colour cell_colour(int level, std::uint32_t cell) {
+  std::uint32_t mixed = cell * 0x9E3779B1u;
+  mixed ^= mixed >> 15;
+  const double shade = 0.55 + 0.4 * double(mixed & 0xFFu) / 255.0;
+  Colour colour = level_colour(level);
+  for (std::uint8_t& c : colour) c = static_cast<std::uint8_t>(std::lround(shade * double(c)));
+  return colour;
+}
+
 }  // namespace cornice::viewer

@@ -46,5 +46,7 @@ Ramp morph_ramp();
 
 /// A colour for each level of a hierarchy, neighbours apart.
 Colour level_colour(int level);
+/// A colour for each cell of a level: the level's, lighter or darker.
+Colour cell_colour(int level, std::uint32_t cell);
 
 }  // namespace cornice::viewer

@@ -24,12 +24,14 @@ enum class Shading : int {
   kLevel,
   kMorph,
   kNormal,
+  kCell,      ///< a colour for each cell
+  kOverdraw,  ///< how often each pixel is drawn
 };
 
 /// Names as on the command line, in the order of the numbers.
-inline constexpr std::array<const char*, 11> kShadingNames{
-    "natural", "plain",  "slope", "aspect", "altitude", "support",
-    "source",  "colour", "level", "morph",  "normal"};
+inline constexpr std::array<const char*, 13> kShadingNames{
+    "natural", "plain", "slope", "aspect", "altitude", "support", "source",
+    "colour",  "level", "morph", "normal", "cell",     "overdraw"};
 std::optional<Shading> shading_named(const std::string& name);
 
 struct Style {

@@ -10,7 +10,7 @@ layout(binding = 0) uniform sampler1D ramp;
 layout(location = 0) out vec4 result;
 
 const int kNatural = 0, kPlain = 1, kSlope = 2, kAspect = 3, kAltitude = 4, kSupport = 5,
-          kSource = 6, kColour = 7, kLevel = 8, kMorph = 9, kNormal = 10;
+          kSource = 6, kColour = 7, kLevel = 8, kMorph = 9, kNormal = 10, kCell = 11;
 
 float hash(ivec2 cell) {
   uint h = uint(cell.x) * 0x9E3779B1u ^ uint(cell.y) * 0x85EBCA77u;
@@ -59,7 +59,7 @@ vec3 surface_colour(vec3 n, float height) {
     case kSupport: return along_ramp(attributes.x);
     case kSource: return along_ramp(floor(attributes.y + 0.5) + 0.5);
     case kColour: return own_colour;
-    case kLevel: return level_colour;
+    case kLevel: case kCell: return level_colour;
     case kMorph: return along_ramp(attributes.z);
     case kNormal: return 0.5 + 0.5 * n;
     default: return vec3(0.55, 0.54, 0.51);
