@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // cornice-hlod build as it is run.
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cmath>
+#include <csignal>
 #include <filesystem>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -19,13 +23,18 @@ namespace fs = std::filesystem;
 using test::ProcessResult;
 using test::TemporaryFolder;
 
-ProcessResult run_build(const std::vector<fs::path>& inputs, const fs::path& output,
-                        const std::vector<std::string>& more = {}) {
+std::vector<std::string> command_line(const std::vector<fs::path>& inputs, const fs::path& output,
+                                      const std::vector<std::string>& more) {
   std::vector<std::string> words{(fs::path(CORNICE_BIN_DIR) / "cornice-hlod").string(), "build"};
   for (const fs::path& input : inputs) words.push_back(input.string());
   words.insert(words.end(), {"-o", output.string(), "--no-progress"});
   words.insert(words.end(), more.begin(), more.end());
-  return test::run_process(words);
+  return words;
+}
+
+ProcessResult run_build(const std::vector<fs::path>& inputs, const fs::path& output,
+                        const std::vector<std::string>& more = {}) {
+  return test::run_process(command_line(inputs, output, more));
 }
 
 std::vector<fs::path> write_tiles(const TemporaryFolder& folder) {
@@ -59,11 +68,99 @@ TEST(HlodBuild, GivesTheSameBytesInMemoryOnDiskAndJoinedFromRegions) {
     }
     ASSERT_EQ(run_build(regions, folder / "joined.hlod", {"--join"}).exit_code, 0);
     EXPECT_TRUE(test::read_text(folder / "joined.hlod") == bytes);
+    // The same with cells on disk.
+    std::vector<fs::path> disk_regions;
+    for (const std::string region : {"1/2", "2/2"}) {
+      std::vector<std::string> one = disk;
+      one.insert(one.end(), {"--region", region});
+      disk_regions.push_back(folder / ("disk" + region.substr(0, 1) + ".part"));
+      ASSERT_EQ(run_build(tiles, disk_regions.back(), one).exit_code, 0);
+    }
+    ASSERT_EQ(run_build(disk_regions, folder / "all.hlod", {"--join", "--out-of-core"}).exit_code,
+              0);
+    EXPECT_TRUE(test::read_text(folder / "all.hlod") == bytes);
+    EXPECT_FALSE(fs::exists(folder / ".all.hlod.work"));
     regions.pop_back();
     const ProcessResult missing = run_build(regions, folder / "missing.hlod", {"--join"});
     EXPECT_EQ(missing.exit_code, 3) << missing.err;
     EXPECT_FALSE(fs::exists(folder / "missing.hlod"));
   }
+}
+
+/// Starts a build and kills it once `file` is in its work folder; false where it ended before.
+bool kill_when(const std::vector<fs::path>& inputs, const fs::path& output,
+               const std::vector<std::string>& more, const std::string& file) {
+  const fs::path work = output.parent_path() / ("." + output.filename().string() + ".work");
+  const pid_t child = ::fork();
+  if (child == 0) {
+    std::vector<std::string> words = command_line(inputs, output, more);
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    ::execv(arguments.front(), arguments.data());
+    ::_exit(127);
+  }
+  int status = 0;
+  while (::waitpid(child, &status, WNOHANG) == 0) {
+    if (!fs::exists(work / file)) {
+      ::usleep(200);
+      continue;
+    }
+    ::kill(child, SIGKILL);
+    ::waitpid(child, &status, 0);
+  }
+  return WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL;
+}
+
+TEST(HlodBuild, GoesOnAfterAKillToTheSameBytes) {
+  const TemporaryFolder folder;
+  const std::vector<fs::path> tiles = write_tiles(folder);
+  const std::vector<std::string> options{"--cell-side", "8", "--out-of-core"};
+  ASSERT_EQ(run_build(tiles, folder / "whole.hlod", options).exit_code, 0);
+  const std::string bytes = test::read_text(folder / "whole.hlod");
+  const fs::path work = folder / ".a.hlod.work";
+  // Each kill finds the next file of the build; one that comes too late finds a whole output.
+  for (const std::string file : {"joined.spool", "leaves.spool", "level-3.spool"}) {
+    if (!kill_when(tiles, folder / "a.hlod", options, file)) break;
+    EXPECT_FALSE(fs::exists(folder / "a.hlod")) << file;
+  }
+  if (!fs::exists(folder / "a.hlod")) {
+    ASSERT_EQ(run_build(tiles, folder / "a.hlod", options).exit_code, 0);
+  }
+  EXPECT_TRUE(test::read_text(folder / "a.hlod") == bytes);
+  EXPECT_FALSE(fs::exists(work));
+  // Nothing is left but the tiles and the two files.
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator{}), 5);
+}
+
+TEST(HlodBuild, TakesObjAndKeepsToItsMemory) {
+  const TemporaryFolder folder;
+  std::string text;
+  for (int v = 0; v < 400; ++v) {
+    text += "v " + std::to_string(v % 20) + " " + std::to_string(v / 20) + " " +
+            std::to_string(v % 7) + "\n";
+  }
+  for (int row = 0; row < 19; ++row) {
+    for (int column = 1; column < 20; ++column) {
+      const int a = row * 20 + column;
+      text += "f " + std::to_string(a) + " " + std::to_string(a + 1) + " " +
+              std::to_string(a + 21) + " " + std::to_string(a + 20) + "\n";
+    }
+  }
+  test::write_text(folder / "a.obj", text);
+  test::write_text(folder / "b.fbx", text);
+  const ProcessResult obj = run_build({folder / "a.obj"}, folder / "a.hlod");
+  if (obj.err.find("built without") == std::string::npos) {
+    EXPECT_EQ(obj.exit_code, 0) << obj.err;
+    EXPECT_NE(obj.err.find("triangles_in 722"), std::string::npos) << obj.err;
+  }
+  const ProcessResult other = run_build({folder / "b.fbx"}, folder / "b.hlod");
+  EXPECT_EQ(other.exit_code, 3);
+  EXPECT_EQ(test::line_count(other.err), 1u) << other.err;
+  const ProcessResult small =
+      run_build(write_tiles(folder), folder / "c.hlod", {"--memory", "0.1"});
+  EXPECT_EQ(small.exit_code, 2);
+  EXPECT_NE(small.err.find("at least 0.5 GiB"), std::string::npos) << small.err;
 }
 
 TEST(HlodBuild, SaysWhatIsWrongInOneLine) {

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -182,6 +183,107 @@ TEST_P(BuildOf, OnDiskIsTheSameAndGoesOnAfterAKill) {
   EXPECT_TRUE(finish(again, "b.hlod") == in_memory.bytes);
   const WorkFolder other(folder / "work", "another build");
   EXPECT_FALSE(other.has(other.leaves()));
+}
+
+/// Ground with a lake of two huge triangles in it.
+Mesh lake() {
+  Mesh mesh = ground(0, 60);
+  std::erase_if(mesh.triangles, [&](const auto& t) {
+    const Vec3f p = mesh.positions[t[0]];
+    return p.x >= 10 && p.x < 50 && p.y >= 10 && p.y < 50;
+  });
+  const auto corner = static_cast<std::uint32_t>(mesh.positions.size());
+  for (const Vec3f p : {Vec3f{10, 10, 0}, Vec3f{50, 10, 0}, Vec3f{50, 50, 0}, Vec3f{10, 50, 0}}) {
+    mesh.positions.push_back(p);
+  }
+  mesh.triangles.push_back({corner, corner + 1, corner + 2});
+  mesh.triangles.push_back({corner, corner + 2, corner + 3});
+  return mesh;
+}
+
+/// The finest level and all above it on disk, within `bytes` of memory.
+std::string build_within(const std::vector<Mesh>& meshes, const BuildOptions& options,
+                         std::size_t piece_triangles, std::uint64_t bytes) {
+  InputSummary input;
+  for (const Mesh& mesh : meshes) summarise(mesh, "mesh", 1, input);
+  const Header header = plan_header(input, options);
+  const TemporaryFolder folder;
+  MemoryGate gate(bytes);
+  DiskTask task;
+  task.threads = 2;
+  task.piece_triangles = piece_triangles;
+  task.gate = &gate;
+  const WorkFolder work(folder / "work", "small");
+  DiskLeaves leaves(work, header, options.max_pieces, task);
+  for (const Mesh& mesh : meshes) leaves.add(mesh);
+  leaves.finish(no_progress());
+  FileWriter writer(folder / "a.hlod", header);
+  build_levels_on_disk(
+      work, header, options.block, task,
+      [&](const Node& node, std::span<const std::byte> block) { writer.add(node, block); });
+  writer.finish();
+  return test::read_text(folder / "a.hlod");
+}
+
+TEST_P(BuildOf, IsTheSameInSmallPiecesAndWithLittleMemory) {
+  const std::vector<Mesh> meshes{lake(), ground(60, 60)};
+  const BuildOptions options = small_cells(GetParam());
+  const std::string whole = build(meshes, options).bytes;
+  EXPECT_TRUE(build_within(meshes, options, 1 << 20, std::uint64_t{1} << 40) == whole);
+  EXPECT_TRUE(build_within(meshes, options, 37, 8'000'000) == whole);
+  EXPECT_THROW(build_within(meshes, options, 1 << 20, 100'000), RunError);
+}
+
+TEST_P(BuildOf, ASliverAThousandCellsLongKeepsAllPromises) {
+  Mesh mesh = ground(0, 20);
+  const auto corner = static_cast<std::uint32_t>(mesh.positions.size());
+  for (const Vec3f p : {Vec3f{20, 0, 0}, Vec3f{20, 1, 0}, Vec3f{8020, 500, 40}}) {
+    mesh.positions.push_back(p);
+  }
+  mesh.triangles.push_back({corner, corner + 2, corner + 1});
+  BuildOptions options;
+  options.partition = GetParam();
+  options.cell_side_m = 8;
+  const Built built = build({mesh}, options);
+  expect_sound(built);
+  EXPECT_GT(built.leaves.split_pieces, 4'000u);
+}
+
+TEST(Build, PiecesOfAMeshSumUpAsTheWhole) {
+  const Mesh mesh = ground(0, 300);
+  InputSummary whole, parts;
+  summarise(mesh, "mesh", 1, whole);
+  for (std::size_t begin = 0; begin < mesh.triangles.size(); begin += 131072) {
+    Mesh piece = mesh;
+    const std::size_t end = std::min(mesh.triangles.size(), begin + 131072);
+    piece.triangles.assign(mesh.triangles.begin() + static_cast<std::ptrdiff_t>(begin),
+                           mesh.triangles.begin() + static_cast<std::ptrdiff_t>(end));
+    summarise(piece, "mesh", 2, parts);
+  }
+  EXPECT_EQ(parts.area_m2, whole.area_m2);
+  EXPECT_EQ(parts.plan_area_m2, whole.plan_area_m2);
+  EXPECT_EQ(parts.box.max.z, whole.box.max.z);
+  EXPECT_EQ(parts.box.min.x, whole.box.min.x);
+}
+
+TEST(Build, AVertexWithoutATriangleDoesNotWidenTheFrame) {
+  Mesh mesh = ground(0, 20);
+  InputSummary before, after;
+  summarise(mesh, "mesh", 1, before);
+  mesh.positions.push_back({90'000, 90'000, 9'000});
+  summarise(mesh, "mesh", 1, after);
+  EXPECT_EQ(after.box.max.x, before.box.max.x);
+  EXPECT_TRUE(plan_header(after, {}).lattice == plan_header(before, {}).lattice);
+}
+
+TEST(MemoryPlan, SharesOutWhatIsThereAndRefusesTooLittle) {
+  EXPECT_THROW(plan_memory(std::uint64_t{400} << 20), UsageError);
+  for (const std::uint64_t mib : {512, 4096, 65536}) {
+    const MemoryPlan plan = plan_memory(mib << 20);
+    EXPECT_EQ(plan.piece_triangles % 131072, 0u);
+    EXPECT_LE(plan.vertex_bytes + 250 * plan.piece_triangles, mib << 20);
+    EXPECT_LT(plan.work_bytes, mib << 20);
+  }
 }
 
 TEST(Build, OfOneTriangleIsOneCell) {
