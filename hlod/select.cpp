@@ -197,6 +197,8 @@ Frustum make_frustum(Vec3d forward, Vec3d up, double horizontal_deg, double vert
   const Vec3d ahead = normalized(forward), right = normalized(cross(ahead, up));
   const Vec3d above = cross(right, ahead);
   Frustum frustum;
+  // Without it, a large box behind the eye that reaches both to the left and to the right is seen.
+  frustum.planes.push_back({ahead.x, ahead.y, ahead.z, 0.0});
   const auto add = [&](Vec3d side, double full_deg) {
     const double half = 0.5 * full_deg * std::numbers::pi / 180.0;
     for (const double sign : {-1.0, 1.0}) {

@@ -77,7 +77,8 @@ Radii blended(const Radii& from, const Radii& to, double share, const Metric& me
 struct Frustum {
   std::vector<std::array<double, 4>> planes;
 };
-/// Of a camera with unit axes `forward` and `up` (need not be square to it); full angles.
+/// Of a camera with unit axes `forward` and `up` (need not be square to it); full angles, below
+/// 180.
 Frustum make_frustum(Vec3d forward, Vec3d up, double horizontal_deg, double vertical_deg);
 
 /// Lowers radii until only cells that are loaded are drawn inside the frustum. is_loaded: one byte

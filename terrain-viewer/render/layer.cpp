@@ -101,6 +101,16 @@ Layer::Layer(const std::filesystem::path& path, std::uint32_t id, const CellStor
   list_.nodes = &file_->nodes();
 }
 
+void Layer::look(const LayerView& view) {
+  eye_ = hlod::fine_eye(view.camera.eye, tree_.lattice);
+  wider_ = frustum_of(view, kWiderDeg);
+  frustum_ = frustum_of(view, 0.0);
+  // A box beside or behind the eye can be on the right side of every plane without being in sight,
+  // and of these planes without being so of the wider ones. What is not held ready must not count
+  // as seen, or it would hold the level of detail back for good.
+  frustum_.planes.insert(frustum_.planes.end(), wider_.planes.begin(), wider_.planes.end());
+}
+
 /// Finds what radii take, in need_.
 bool Layer::fits(const hlod::Radii& radii, std::uint64_t room) {
   hlod::needed_cells(tree_, radii, eye_, wider_, need_);
@@ -236,9 +246,7 @@ void Layer::choose(GpuCells& cells, std::uint64_t frame) {
 }
 
 const DrawList& Layer::update(const LayerView& view, GpuCells& cells, std::uint64_t frame) {
-  eye_ = hlod::fine_eye(view.camera.eye, tree_.lattice);
-  frustum_ = frustum_of(view, 0.0);
-  wider_ = frustum_of(view, kWiderDeg);
+  look(view);
   const hlod::Radii target = wanted_radii(view, cells.capacity_bytes());
   keep_need(cells, frame);
   auto missing = missing_of_need();
@@ -261,9 +269,7 @@ const DrawList& Layer::update(const LayerView& view, GpuCells& cells, std::uint6
 }
 
 bool Layer::settle(const LayerView& view, GpuCells& cells, std::uint64_t frame) {
-  eye_ = hlod::fine_eye(view.camera.eye, tree_.lattice);
-  frustum_ = frustum_of(view, 0.0);
-  wider_ = frustum_of(view, kWiderDeg);
+  look(view);
   has_radii_ = false;
   const hlod::Radii target = wanted_radii(view, cells.capacity_bytes());
   std::size_t missing_before = std::numeric_limits<std::size_t>::max();

@@ -72,6 +72,7 @@ class Layer {
 
  private:
   hlod::Radii wanted_radii(const LayerView& view, std::uint64_t capacity_bytes);
+  void look(const LayerView& view);
   bool fits(const hlod::Radii& radii, std::uint64_t room);
   std::vector<std::uint32_t> missing_of_need() const;
   void stream(const std::vector<std::uint32_t>& missing, std::uint64_t upload_bytes,
