@@ -30,7 +30,7 @@ int main(int argc, char** argv) {
     if (options.headless)
       viewer::run_headless(options, context.report, context.progress);
     else
-      viewer::run_window(options, std::move(settings), context.report);
+      viewer::run_window(options, std::move(settings), context.report, context.progress);
   };
   return run_stage(argc, argv, std::move(stage));
 }

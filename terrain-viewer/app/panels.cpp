@@ -145,11 +145,8 @@ void draw_read_out(const PanelState& state, const Camera& camera, int height,
 }
 
 /// One picture or two of the same view.
-void draw_split(PanelState& state, Session& session) {
-  if (session.layers().size() < 2 && session.cover() == Cover::kNone) {
-    state.split = Split::Kind::kNone;
-    return;
-  }
+void draw_split(PanelState& state, const Session& session) {
+  if (!session.can_split()) return;
   const auto button = [&](const char* name, Split::Kind kind) {
     if (ImGui::RadioButton(name, state.split == kind)) state.split = kind;
   };

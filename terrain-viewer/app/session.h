@@ -76,6 +76,8 @@ class Session {
   const Drape* difference() const { return difference_.get(); }
   /// Which of both is shown; kNone where that one is not there.
   Cover cover() const;
+  /// True where two pictures would differ: two visible layers, or something over one.
+  bool can_split() const { return visible_count() > 1 || cover() != Cover::kNone; }
   void set_cover(Cover cover) { cover_ = cover; }
 
   /// Draws into a framebuffer. seconds since the frame before; 0: waits for all that it needs.

@@ -83,9 +83,10 @@ struct Canvas {
 
 class WindowApp {
  public:
-  WindowApp(const Options& options, SettingsRead settings, Report& report)
+  WindowApp(const Options& options, SettingsRead settings, Report& report, Progress& progress)
       : options_(options),
         report_(report),
+        progress_(progress),
         settings_(std::move(settings.settings)),
         window_(parse_size(options.size)),
         session_(options) {
@@ -112,7 +113,7 @@ class WindowApp {
 
   void run() {
     auto last = std::chrono::steady_clock::now();
-    while (glfwWindowShouldClose(window_.get()) == GLFW_FALSE) {
+    while (glfwWindowShouldClose(window_.get()) == GLFW_FALSE && !progress_.cancelled()) {
       glfwPollEvents();
       const auto now = std::chrono::steady_clock::now();
       const double seconds =
@@ -126,6 +127,7 @@ class WindowApp {
     keep_settings();
     report_.count("frames", frames_);
     report_.quality("renderer", gl_description());
+    check_cancelled(progress_);
   }
 
  private:
@@ -154,7 +156,8 @@ class WindowApp {
   }
 
   void draw(double seconds, Vec3d velocity) {
-    const Split split{panels_.split, panels_.swipe * width_};
+    Split split{panels_.split, panels_.swipe * width_};
+    if (!session_.can_split()) split = {};
     pane_width_ = pane_width(width_, split);
     const FrameCounts counts = session_.draw(canvas_->drawn.framebuffer(), width_, height_, camera_,
                                              seconds, velocity, split);
@@ -288,13 +291,16 @@ class WindowApp {
 
   void read_keys() {
     const ImGuiIO& io = ImGui::GetIO();
+    // Asked of the keys themselves, which remember a press between two slow frames.
+    const bool ctrl = is_down(GLFW_KEY_LEFT_CONTROL) || is_down(GLFW_KEY_RIGHT_CONTROL);
+    const bool shift = is_down(GLFW_KEY_LEFT_SHIFT) || is_down(GLFW_KEY_RIGHT_SHIFT);
     if (pressed(GLFW_KEY_F1)) panels_.shows_help = !panels_.shows_help;
     if (pressed(GLFW_KEY_F3)) panels_.shows_frames = !panels_.shows_frames;
     if (pressed(GLFW_KEY_F11)) toggle_full_screen();
     if (pressed(GLFW_KEY_F12)) wants_picture_ = true;
     if (pressed(GLFW_KEY_ESCAPE)) panels_.asks_place = panels_.shows_help = false;
     if (io.WantCaptureKeyboard) return;
-    if (io.KeyCtrl) {
+    if (ctrl) {
       if (pressed(GLFW_KEY_Z)) camera_ = history_.undo().value_or(camera_);
       if (pressed(GLFW_KEY_Y)) camera_ = history_.redo().value_or(camera_);
       if (pressed(GLFW_KEY_P)) start_playing();
@@ -308,7 +314,7 @@ class WindowApp {
     if (pressed(GLFW_KEY_B))
       panels_.bookmarks.push_back(
           {"view " + std::to_string(panels_.bookmarks.size() + 1), camera_});
-    if (pressed(GLFW_KEY_P)) io.KeyShift ? save_path() : add_path_key();
+    if (pressed(GLFW_KEY_P)) shift ? save_path() : add_path_key();
     read_look_keys();
   }
 
@@ -467,6 +473,7 @@ class WindowApp {
 
   const Options& options_;
   Report& report_;
+  Progress& progress_;
   Settings settings_;
   WindowSystem window_;
   Session session_;
@@ -489,7 +496,7 @@ class WindowApp {
 
 }  // namespace
 
-void run_window(const Options& asked, SettingsRead settings, Report& report) {
+void run_window(const Options& asked, SettingsRead settings, Report& report, Progress& progress) {
   Options options = asked;
   if (options.files.empty()) {
     if (settings.settings.recent.empty())
@@ -498,7 +505,7 @@ void run_window(const Options& asked, SettingsRead settings, Report& report) {
   }
   if (!settings.problem.empty()) report.warn(settings.problem);
   for (const auto& file : options.files) report.add_input(file);
-  WindowApp app(options, std::move(settings), report);
+  WindowApp app(options, std::move(settings), report, progress);
   app.run();
 }
 
