@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Botsch, Kobbelt 2004, "A remeshing approach to multiresolution modeling"; sizes and weights after
-// Dunyach, Vanderhaeghe, Barthe, Botsch 2013, "Adaptive remeshing for real-time mesh deformation".
+// Botsch, Kobbelt 2004, "A remeshing approach to multiresolution modeling";
+// sizes and weights after Dunyach, Vanderhaeghe, Barthe, Botsch 2013, "Adaptive
+// remeshing for real-time mesh deformation".
 #include "stages/remesh/relax.h"
 
 #include <algorithm>
@@ -11,22 +12,25 @@ namespace {
 
 constexpr float kSplitAbove = 4.0f / 3.0f;
 constexpr float kCollapseBelow = 4.0f / 5.0f;
-/// Cosines of the largest turn of a normal when a vertex vanishes, moves, or an edge turns.
+/// Cosines of the largest turn of a normal when a vertex vanishes, moves, or an
+/// edge turns.
 constexpr float kCollapseTurn = 0.6f;
 constexpr float kMoveTurn = 0.6f;
 constexpr float kFlipTurn = 0.6f;
-/// Twice the area over the longest side's square: 0.866 for equal sides; about the sine of the
-/// smallest angle of thin triangles.
+/// Twice the area over the longest side's square: 0.866 for equal sides; about
+/// the sine of the smallest angle of thin triangles.
 constexpr float kLeastShape = 0.1f;
 constexpr int kSplitRounds = 4;
-/// Cosine between the normals of a vertex and of a triangle at it from which on it is not smoothed.
+/// Cosine between the normals of a vertex and of a triangle at it from which on
+/// it is not smoothed.
 constexpr float kSharp = 0.8f;
 /// Share of its edge by which a new vertex may move onto the input.
 constexpr float kSplitMove = 0.25f;
-/// Least distance of a new vertex from the opposite corners, over the length of the edge that is
-/// cut.
+/// Least distance of a new vertex from the opposite corners, over the length of
+/// the edge that is cut.
 constexpr float kLeastCut = 0.02f;
-/// Moves shorter than this share of the wanted length are not worth their checks.
+/// Moves shorter than this share of the wanted length are not worth their
+/// checks.
 constexpr float kLeastMove = 0.08f;
 /// Way towards the middle of the neighbours in one step.
 constexpr float kStep = 0.7f;
@@ -39,13 +43,16 @@ float shape(Vec3f a, Vec3f b, Vec3f c) {
 
 bool turned_too_far(Vec3f before, Vec3f after, float cosine) {
   const float d = dot(before, after);
-  return d <= 0.0f || d * d < cosine * cosine * dot(before, before) * dot(after, after);
+  return d <= 0.0f ||
+         d * d < cosine * cosine * dot(before, before) * dot(after, after);
 }
 
 class Relaxation {
- public:
-  Relaxation(RelaxPatch& patch, const Reference& input, const RelaxLimits& limits)
-      : patch_(patch), mesh_(patch.mesh), guard_(patch.guard), input_(input), limits_(limits) {}
+public:
+  Relaxation(RelaxPatch &patch, const Reference &input,
+             const RelaxLimits &limits)
+      : patch_(patch), mesh_(patch.mesh), guard_(patch.guard), input_(input),
+        limits_(limits), changed_(patch.mesh.triangle_count(), 1) {}
 
   void run() {
     split_long();
@@ -57,33 +64,7 @@ class Relaxation {
     flip_edges();
   }
 
-  void mend(const std::vector<Offence>& offences) {
-    for (const Offence& o : offences) {
-      if (!mesh_.triangle_alive(o.triangle)) continue;
-      const std::uint32_t first = 3 * o.triangle;
-      // The side next to that place, if it can be cut there; or else the longest, wherever it can.
-      std::uint32_t nearest = kNone, longest = kNone;
-      float nearest_sq = std::numeric_limits<float>::infinity();
-      for (std::uint32_t h = first; h < first + 3; ++h) {
-        if (mesh_.twin(h) == kNone || mesh_.frozen(h)) continue;
-        const Vec3f a = mesh_.position(mesh_.start(h)), b = mesh_.position(mesh_.end(h));
-        const float distance_sq = nearest_on_triangle(o.through, a, b, b).distance_sq;
-        if (distance_sq < nearest_sq) nearest_sq = distance_sq, nearest = h;
-        if (longest == kNone || length(h) > length(longest)) longest = h;
-      }
-      if (nearest == kNone) continue;
-      const Vec3f normal =
-          mesh_.normal2(mesh_.start(first), mesh_.end(first), mesh_.opposite(first));
-      // Off the bound already, the change need not keep it to be a gain.
-      if (split_stays_upright(nearest, o.through, normalized(normal)) && guard_.fits_anyway()) {
-        carry_out_split(nearest, o.through, o.input_triangle);
-      } else if (length(longest) > limits_.guard.spacing_m) {
-        split(longest);
-      }
-    }
-  }
-
- private:
+private:
   float length(std::uint32_t h) const {
     return norm(mesh_.position(mesh_.end(h)) - mesh_.position(mesh_.start(h)));
   }
@@ -91,27 +72,29 @@ class Relaxation {
     return std::min(patch_.size[a], patch_.size[b]);
   }
 
-  /// A place on the input near p, on a side that faces along `normal`. False where there is none
-  /// within reach.
-  bool project(Vec3f p, Vec3f normal, std::uint32_t hint, Vec3f& on,
-               std::uint32_t& triangle) const {
+  /// A place on the input near p, on a side that faces along `normal`. False
+  /// where there is none within reach.
+  bool project(Vec3f p, Vec3f normal, std::uint32_t hint, Vec3f &on,
+               std::uint32_t &triangle) const {
     const float reach_sq = limits_.reach_m * limits_.reach_m;
     NearestPoint found = input_.walk(p, hint, 0.0f);
-    if (found.distance_sq > reach_sq || dot(input_.tree().normal(found.triangle), normal) <= 0.0f) {
+    if (found.distance_sq > reach_sq ||
+        dot(input_.tree().normal(found.triangle), normal) <= 0.0f) {
       NearestQuery query;
       query.guess = found.triangle;
       query.facing = normal;
       query.max_distance_sq = reach_sq;
       found = input_.tree().nearest(p, query);
     }
-    if (!found.found()) return false;
+    if (!found.found())
+      return false;
     on = input_.tree().point(found);
     triangle = found.triangle;
     return true;
   }
 
-  /// Longest first, and edges turned before new ones are cut: cutting whatever comes next makes
-  /// fans of thin triangles without end.
+  /// Longest first, and edges turned before new ones are cut: cutting whatever
+  /// comes next makes fans of thin triangles without end.
   void split_long() {
     struct Long {
       float excess;
@@ -121,18 +104,23 @@ class Relaxation {
     for (int round = 0; round < kSplitRounds; ++round) {
       edges.clear();
       for (std::uint32_t h = 0; h < mesh_.half_edge_count(); ++h) {
-        if (!mesh_.alive(h) || mesh_.twin(h) == kNone || mesh_.twin(h) < h) continue;
-        if (mesh_.frozen(h)) continue;
+        if (!mesh_.alive(h) || mesh_.twin(h) == kNone || mesh_.twin(h) < h)
+          continue;
+        if (mesh_.frozen(h))
+          continue;
         const std::uint32_t a = mesh_.start(h), b = mesh_.end(h);
         const float excess = length(h) / (kSplitAbove * wanted(a, b));
-        if (excess > 1.0f) edges.push_back({excess, h, a, b});
+        if (excess > 1.0f)
+          edges.push_back({excess, h, a, b});
       }
-      if (edges.empty()) return;
-      std::sort(edges.begin(), edges.end(), [](const Long& a, const Long& b) {
+      if (edges.empty())
+        return;
+      std::sort(edges.begin(), edges.end(), [](const Long &a, const Long &b) {
         return a.excess != b.excess ? a.excess > b.excess : a.h < b.h;
       });
-      for (const Long& e : edges) {
-        if (mesh_.start(e.h) == e.start && mesh_.end(e.h) == e.end && mesh_.twin(e.h) != kNone) {
+      for (const Long &e : edges) {
+        if (mesh_.start(e.h) == e.start && mesh_.end(e.h) == e.end &&
+            mesh_.twin(e.h) != kNone) {
           split(e.h);
         }
       }
@@ -145,36 +133,46 @@ class Relaxation {
     const std::uint32_t a = mesh_.start(h), b = mesh_.end(h);
     const std::uint32_t c = mesh_.opposite(h), d = mesh_.opposite(g);
     const Vec3f middle = (mesh_.position(a) + mesh_.position(b)) * 0.5f;
-    const Vec3f normal = normalized(mesh_.normal2(a, b, c) + mesh_.normal2(b, a, d));
+    const Vec3f normal =
+        normalized(mesh_.normal2(a, b, c) + mesh_.normal2(b, a, d));
     std::uint32_t triangle = patch_.hint[a];
     Vec3f at;
     if (!project(middle, normal, patch_.hint[a], at, triangle) ||
-        norm(at - middle) > kSplitMove * length(h) || !split_fits(h, at, normal, triangle)) {
+        norm(at - middle) > kSplitMove * length(h) ||
+        !split_fits(h, at, normal, triangle)) {
       at = middle;
       begin_split(h, at);
-      if (!guard_.fits_anyway()) return;
+      if (!guard_.fits_anyway())
+        return;
     }
-    // Over a cap, whose third corner lies on the edge already, a cut would only double that corner.
-    const float nearest = std::min(norm(mesh_.position(c) - at), norm(mesh_.position(d) - at));
-    if (nearest < kLeastCut * length(h)) return;
+    // Over a cap, whose third corner lies on the edge already, a cut would only
+    // double that corner.
+    const float nearest =
+        std::min(norm(mesh_.position(c) - at), norm(mesh_.position(d) - at));
+    if (nearest < kLeastCut * length(h))
+      return;
     carry_out_split(h, at, triangle);
   }
 
   void carry_out_split(std::uint32_t h, Vec3f at, std::uint32_t triangle) {
     const std::uint32_t g = mesh_.twin(h);
-    const float size = 0.5f * (patch_.size[mesh_.start(h)] + patch_.size[mesh_.end(h)]);
+    const float size =
+        0.5f * (patch_.size[mesh_.start(h)] + patch_.size[mesh_.end(h)]);
     mesh_.split(h, at);
     const auto t2 = static_cast<std::uint32_t>(mesh_.triangle_count()) - 2;
-    guard_.commit({h / 3, t2, g / 3, t2 + 1});
+    commit({h / 3, t2, g / 3, t2 + 1});
     patch_.size.push_back(size);
     patch_.hint.push_back(triangle);
   }
 
-  /// Tells the guard of a split; the new triangles in the order of PatchMesh::split().
+  /// Tells the guard of a split; the new triangles in the order of
+  /// PatchMesh::split().
   void begin_split(std::uint32_t h, Vec3f at) {
     const std::uint32_t g = mesh_.twin(h);
-    const Vec3f a = mesh_.position(mesh_.start(h)), b = mesh_.position(mesh_.end(h));
-    const Vec3f c = mesh_.position(mesh_.opposite(h)), d = mesh_.position(mesh_.opposite(g));
+    const Vec3f a = mesh_.position(mesh_.start(h)),
+                b = mesh_.position(mesh_.end(h));
+    const Vec3f c = mesh_.position(mesh_.opposite(h)),
+                d = mesh_.position(mesh_.opposite(g));
     guard_.begin();
     guard_.take(h / 3);
     guard_.take(g / 3);
@@ -184,18 +182,22 @@ class Relaxation {
     guard_.put(at, a, d);
   }
 
-  bool split_fits(std::uint32_t h, Vec3f at, Vec3f normal, std::uint32_t triangle) {
+  bool split_fits(std::uint32_t h, Vec3f at, Vec3f normal,
+                  std::uint32_t triangle) {
     return split_stays_upright(h, at, normal) && guard_.fits(triangle);
   }
 
-  /// Whether the new triangles keep about the normal of the old ones. Tells the guard of them.
+  /// Whether the new triangles keep about the normal of the old ones. Tells the
+  /// guard of them.
   bool split_stays_upright(std::uint32_t h, Vec3f at, Vec3f normal) {
     const std::uint32_t g = mesh_.twin(h);
-    const Vec3f corners[4] = {mesh_.position(mesh_.start(h)), mesh_.position(mesh_.opposite(g)),
-                              mesh_.position(mesh_.end(h)), mesh_.position(mesh_.opposite(h))};
+    const Vec3f corners[4] = {
+        mesh_.position(mesh_.start(h)), mesh_.position(mesh_.opposite(g)),
+        mesh_.position(mesh_.end(h)), mesh_.position(mesh_.opposite(h))};
     for (int k = 0; k < 4; ++k) {
       const Vec3f after = cross(corners[k] - at, corners[(k + 1) % 4] - at);
-      if (turned_too_far(normal, after, 0.5f * kMoveTurn)) return false;
+      if (turned_too_far(normal, after, 0.5f * kMoveTurn))
+        return false;
     }
     begin_split(h, at);
     return true;
@@ -203,17 +205,20 @@ class Relaxation {
 
   void collapse_short() {
     for (std::uint32_t h = 0; h < mesh_.half_edge_count(); ++h) {
-      if (!mesh_.alive(h)) continue;
+      if (!mesh_.alive(h))
+        continue;
       const std::uint32_t a = mesh_.start(h), b = mesh_.end(h);
-      if (mesh_.fixed(a) || length(h) >= kCollapseBelow * wanted(a, b)) continue;
-      if (!mesh_.may_collapse(h) || !collapse_keeps_surface(h)) continue;
+      if (mesh_.fixed(a) || length(h) >= kCollapseBelow * wanted(a, b))
+        continue;
+      if (!mesh_.may_collapse(h) || !collapse_keeps_surface(h))
+        continue;
       mesh_.collapse(h);
-      guard_.commit(fresh_);
+      commit(fresh_);
     }
   }
 
-  /// Whether the triangles round start(h) may end at end(h) instead: none too long, too thin or
-  /// turned, and the surface still near.
+  /// Whether the triangles round start(h) may end at end(h) instead: none too
+  /// long, too thin or turned, and the surface still near.
   bool collapse_keeps_surface(std::uint32_t h) {
     const std::uint32_t a = mesh_.start(h), b = mesh_.end(h);
     const Vec3f from = mesh_.position(a), to = mesh_.position(b);
@@ -222,12 +227,16 @@ class Relaxation {
     const bool good = mesh_.each_out(a, [&](std::uint32_t out) {
       guard_.take(out / 3);
       const std::uint32_t c = mesh_.end(out), d = mesh_.opposite(out);
-      if (c == b || d == b) return true;
+      if (c == b || d == b)
+        return true;
       const Vec3f pc = mesh_.position(c), pd = mesh_.position(d);
-      if (norm(pc - to) > kSplitAbove * wanted(b, c)) return false;
+      if (norm(pc - to) > kSplitAbove * wanted(b, c))
+        return false;
       const Vec3f after = cross(pc - to, pd - to);
-      if (turned_too_far(cross(pc - from, pd - from), after, kCollapseTurn)) return false;
-      if (shape(to, pc, pd) < kLeastShape) return false;
+      if (turned_too_far(cross(pc - from, pd - from), after, kCollapseTurn))
+        return false;
+      if (shape(to, pc, pd) < kLeastShape)
+        return false;
       guard_.put(to, pc, pd);
       fresh_.push_back(out / 3);
       return true;
@@ -235,44 +244,68 @@ class Relaxation {
     return good && guard_.fits(patch_.hint[b]);
   }
 
+  /// Edges next to what has changed since they were last looked at.
   void flip_edges() {
     for (int sweep = 0; sweep < 3; ++sweep) {
       std::size_t flipped = 0;
+      looked_at_.swap(changed_);
+      changed_.assign(mesh_.triangle_count(), 0);
+      looked_at_.resize(mesh_.triangle_count(), 1);
       for (std::uint32_t h = 0; h < mesh_.half_edge_count(); ++h) {
-        if (!mesh_.alive(h) || mesh_.twin(h) == kNone || mesh_.twin(h) < h) continue;
-        if (!flip_helps(h) || !mesh_.may_flip(h) || !flip_fits(h)) continue;
-        const std::uint32_t g = mesh_.twin(h);
+        const std::uint32_t g = mesh_.alive(h) ? mesh_.twin(h) : kNone;
+        if (g == kNone || g < h)
+          continue;
+        if ((looked_at_[h / 3] | looked_at_[g / 3] | changed_[h / 3] |
+             changed_[g / 3]) == 0)
+          continue;
+        if (!flip_helps(h) || !mesh_.may_flip(h) || !flip_fits(h))
+          continue;
         mesh_.flip(h);
-        guard_.commit({h / 3, g / 3});
+        commit({h / 3, g / 3});
         ++flipped;
       }
-      if (flipped == 0) break;
+      if (flipped == 0)
+        break;
     }
+  }
+
+  void commit(const std::vector<std::uint32_t> &fresh) {
+    guard_.commit(fresh);
+    changed_.resize(mesh_.triangle_count(), 1);
+    for (const std::uint32_t t : fresh)
+      changed_[t] = 1;
   }
 
   /// Delaunay: the angles opposite the edge add up to more than 180 degrees.
   bool flip_helps(std::uint32_t h) const {
     const std::uint32_t g = mesh_.twin(h);
-    const Vec3f a = mesh_.position(mesh_.start(h)), b = mesh_.position(mesh_.end(h));
-    const Vec3f c = mesh_.position(mesh_.opposite(h)), d = mesh_.position(mesh_.opposite(g));
+    const Vec3f a = mesh_.position(mesh_.start(h)),
+                b = mesh_.position(mesh_.end(h));
+    const Vec3f c = mesh_.position(mesh_.opposite(h)),
+                d = mesh_.position(mesh_.opposite(g));
     const Vec3f ca = a - c, cb = b - c, da = a - d, db = b - d;
     const float sine_c = norm(cross(ca, cb)), sine_d = norm(cross(da, db));
     const float cosine_c = dot(ca, cb), cosine_d = dot(da, db);
-    // sin(c + d) < 0, by a margin that keeps rounding from turning an edge to and fro.
+    // sin(c + d) < 0, by a margin that keeps rounding from turning an edge to
+    // and fro.
     const float sum = sine_c * cosine_d + cosine_c * sine_d;
-    if (!(sum < -1e-3f * std::sqrt(dot(ca, ca) * dot(cb, cb) * dot(da, da) * dot(db, db)))) {
+    if (!(sum < -1e-3f * std::sqrt(dot(ca, ca) * dot(cb, cb) * dot(da, da) *
+                                   dot(db, db)))) {
       return false;
     }
     const Vec3f n0 = cross(b - a, c - a), n1 = cross(a - b, d - b);
     const Vec3f m0 = cross(d - a, c - a), m1 = cross(b - d, c - d);
     const Vec3f before = n0 + n1;
-    return !turned_too_far(before, m0, kFlipTurn) && !turned_too_far(before, m1, kFlipTurn);
+    return !turned_too_far(before, m0, kFlipTurn) &&
+           !turned_too_far(before, m1, kFlipTurn);
   }
 
   bool flip_fits(std::uint32_t h) {
     const std::uint32_t g = mesh_.twin(h);
-    const Vec3f a = mesh_.position(mesh_.start(h)), b = mesh_.position(mesh_.end(h));
-    const Vec3f c = mesh_.position(mesh_.opposite(h)), d = mesh_.position(mesh_.opposite(g));
+    const Vec3f a = mesh_.position(mesh_.start(h)),
+                b = mesh_.position(mesh_.end(h));
+    const Vec3f c = mesh_.position(mesh_.opposite(h)),
+                d = mesh_.position(mesh_.opposite(g));
     guard_.begin();
     guard_.take(h / 3);
     guard_.take(g / 3);
@@ -283,13 +316,15 @@ class Relaxation {
 
   void smooth() {
     for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v) {
-      if (mesh_.vertex_alive(v) && !mesh_.fixed(v)) smooth(v);
+      if (mesh_.vertex_alive(v) && !mesh_.fixed(v))
+        smooth(v);
     }
   }
 
   void smooth(std::uint32_t v) {
     const Vec3f p = mesh_.position(v);
-    // Middle of the triangles' middles; small triangles where small ones are wanted weigh no less.
+    // Middle of the triangles' middles; small triangles where small ones are
+    // wanted weigh no less.
     Vec3f sum{}, normal{};
     float weights = 0.0f;
     mesh_.each_out(v, [&](std::uint32_t h) {
@@ -303,22 +338,28 @@ class Relaxation {
       normal += n;
       return true;
     });
-    if (!(weights > 0.0f)) return;
+    if (!(weights > 0.0f))
+      return;
     normal = normalized(normal);
-    if (is_sharp(v, normal)) return;
+    if (is_sharp(v, normal))
+      return;
     Vec3f step = sum / weights;
     step -= normal * dot(normal, step);
     Vec3f on;
     std::uint32_t triangle = 0;
-    if (!project(p + step * kStep, normal, patch_.hint[v], on, triangle)) return;
-    if (norm(on - p) < kLeastMove * patch_.size[v]) return;
-    if (!move_keeps_surface(v, p, on) || !guard_.fits(triangle)) return;
+    if (!project(p + step * kStep, normal, patch_.hint[v], on, triangle))
+      return;
+    if (norm(on - p) < kLeastMove * patch_.size[v])
+      return;
+    if (!move_keeps_surface(v, p, on) || !guard_.fits(triangle))
+      return;
     mesh_.move(v, on);
-    guard_.commit(fresh_);
+    commit(fresh_);
     patch_.hint[v] = triangle;
   }
 
-  /// On a crest or in a corner: once off it, a vertex would slide away freely, step by step.
+  /// On a crest or in a corner: once off it, a vertex would slide away freely,
+  /// step by step.
   bool is_sharp(std::uint32_t v, Vec3f normal) const {
     return !mesh_.each_out(v, [&](std::uint32_t h) {
       const Vec3f n = mesh_.normal2(v, mesh_.end(h), mesh_.opposite(h));
@@ -326,40 +367,42 @@ class Relaxation {
     });
   }
 
-  /// Whether the triangles round v stay upright and get no worse than they may be. Tells the guard.
+  /// Whether the triangles round v stay upright and get no worse than they may
+  /// be. Tells the guard.
   bool move_keeps_surface(std::uint32_t v, Vec3f from, Vec3f to) {
     float worst_before = 1.0f, worst_after = 1.0f;
     guard_.begin();
     fresh_.clear();
     const bool upright = mesh_.each_out(v, [&](std::uint32_t h) {
-      const Vec3f b = mesh_.position(mesh_.end(h)), c = mesh_.position(mesh_.opposite(h));
+      const Vec3f b = mesh_.position(mesh_.end(h)),
+                  c = mesh_.position(mesh_.opposite(h));
       worst_before = std::min(worst_before, shape(from, b, c));
       worst_after = std::min(worst_after, shape(to, b, c));
       guard_.take(h / 3);
       guard_.put(to, b, c);
       fresh_.push_back(h / 3);
-      return !turned_too_far(cross(b - from, c - from), cross(b - to, c - to), kMoveTurn);
+      return !turned_too_far(cross(b - from, c - from), cross(b - to, c - to),
+                             kMoveTurn);
     });
     return upright && (worst_after >= 0.4f || worst_after >= worst_before);
   }
 
-  RelaxPatch& patch_;
-  PatchMesh& mesh_;
-  Guard& guard_;
-  const Reference& input_;
-  const RelaxLimits& limits_;
-  std::vector<std::uint32_t> fresh_;  ///< numbers of the triangles that a change makes
+  RelaxPatch &patch_;
+  PatchMesh &mesh_;
+  Guard &guard_;
+  const Reference &input_;
+  const RelaxLimits &limits_;
+  /// Per triangle: since the last sweep of turns; before it, while that lasts.
+  std::vector<std::uint8_t> changed_, looked_at_;
+  std::vector<std::uint32_t>
+      fresh_; ///< numbers of the triangles that a change makes
 };
 
-}  // namespace
+} // namespace
 
-void relax(RelaxPatch& patch, const Reference& input, const RelaxLimits& limits) {
+void relax(RelaxPatch &patch, const Reference &input,
+           const RelaxLimits &limits) {
   Relaxation(patch, input, limits).run();
 }
 
-void mend(RelaxPatch& patch, const Reference& input, const RelaxLimits& limits,
-          const std::vector<Offence>& offences) {
-  Relaxation(patch, input, limits).mend(offences);
-}
-
-}  // namespace cornice::remesh
+} // namespace cornice::remesh
