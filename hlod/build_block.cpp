@@ -181,17 +181,17 @@ void BlockBuilder::unify() {
 /// other blocks know nothing of what collapses here.
 void BlockBuilder::average() {
   const std::vector<float>& areas = simplifier_.areas();
-  std::vector<Vec3f> sums(data_.size());
+  sums_.assign(data_.size(), {});
   for (std::uint32_t v = 0; v < data_.size(); ++v) {
     const std::uint32_t to = parents_[v];
     if (mesh_.locked[to] != 0) continue;
-    sums[to] += areas[v] * decode_octahedral(data_[v].normal, header_.normal_bits);
+    sums_[to] += areas[v] * decode_octahedral(data_[v].normal, header_.normal_bits);
     data_[to].support = std::max(data_[to].support, data_[v].support);
     data_[to].source = std::max(data_[to].source, data_[v].source);
   }
   for (std::uint32_t v = 0; v < data_.size(); ++v) {
     if (parents_[v] == v && mesh_.locked[v] == 0) {
-      data_[v].normal = encode_octahedral(sums[v], header_.normal_bits);
+      data_[v].normal = encode_octahedral(sums_[v], header_.normal_bits);
     }
   }
 }
@@ -208,7 +208,7 @@ BuildCell BlockBuilder::make_parent(std::uint32_t parent) {
   BuildCell cell;
   cell.key = parent_keys_[parent];
   const auto step = static_cast<float>(header_.lattice.step(cell.key.level));
-  std::vector<std::uint32_t> place(data_.size(), kNone);
+  place_.assign(data_.size(), kNone);
   for (std::size_t c = 0; c < parent_cell_.size(); ++c) {
     if (parent_cell_[c] != parent) continue;
     const float moved = step_error_.of(begins_[c], begins_[c + 1]) + kRoundingSteps;
@@ -220,11 +220,11 @@ BuildCell BlockBuilder::make_parent(std::uint32_t parent) {
       Triangle t{parents_[old[0]], parents_[old[1]], parents_[old[2]]};
       if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
       for (std::uint32_t& v : t) {
-        if (place[v] == kNone) {
-          place[v] = static_cast<std::uint32_t>(cell.vertices.size());
+        if (place_[v] == kNone) {
+          place_[v] = static_cast<std::uint32_t>(cell.vertices.size());
           cell.vertices.push_back(data_[v]);
         }
-        v = place[v];
+        v = place_[v];
       }
       cell.triangles.push_back(t);
     }

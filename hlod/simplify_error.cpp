@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/mesh/triangle_tree.h"
 
@@ -74,14 +75,20 @@ void StepError::prepare(const SimplifyMesh& mesh, const Simplifier& simplifier,
 /// Which triangle lies on the other side of each edge (e, e + 1) of each triangle, or kNone.
 void StepError::find_neighbours() {
   const std::vector<Triangle>& triangles = mesh_->triangles;
-  neighbours_.resize(triangles.size());
+  neighbours_.assign(triangles.size(), {kNone, kNone, kNone});
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     if (triangles[t][0] == kNone) continue;
     for (std::size_t e = 0; e < 3; ++e) {
+      if (neighbours_[t][e] != kNone) continue;
       const std::uint32_t from = triangles[t][e], to = triangles[t][kNext[e]];
-      neighbours_[t][e] = kNone;
       for (const std::uint32_t other : simplifier_->fans().of(from)) {
-        if (other != t && has(triangles[other], to)) neighbours_[t][e] = other;
+        const Triangle& o = triangles[other];
+        if (other == t || !has(o, to)) continue;
+        neighbours_[t][e] = other;
+        for (std::size_t f = 0; f < 3; ++f) {
+          if (o[f] == to && o[kNext[f]] == from) neighbours_[other][f] = t;
+        }
+        break;
       }
     }
   }
@@ -209,51 +216,69 @@ float StepError::edge_error(std::uint32_t a, std::uint32_t b, float enough) cons
   return least <= enough ? least : std::min(least, search(a, b));
 }
 
-/// A triangle that the fine edge may pass on its way.
-struct StepError::Passed {
-  std::uint32_t triangle;
-  bool is_left;   ///< its neighbours are here, too
-  float largest;  ///< distance at the edges on the way so far
-  Vec3f at;       ///< how far the fine edge has come
+/// Triangles that a fine edge may pass on its way.
+struct StepError::Ways {
+  struct Passed {
+    std::uint32_t triangle, before;
+    bool is_left;   ///< its neighbours are here, too
+    float largest;  ///< distance at the edges on the way so far
+    Vec3f at;       ///< how far the fine edge has come
+  };
+  std::array<Passed, kSearchLimit> passed;
+  std::size_t count = 0;
+
+  void add(const Passed& way) {
+    for (std::size_t i = 0; i < count; ++i) {
+      if (passed[i].triangle != way.triangle) continue;
+      if (way.largest < passed[i].largest) passed[i] = way;
+      return;
+    }
+    if (count < kSearchLimit) passed[count++] = way;
+  }
+  /// The way that went least far off, or null.
+  Passed* next() {
+    Passed* least = nullptr;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (passed[i].is_left) continue;
+      if (least == nullptr || passed[i].largest < least->largest) least = &passed[i];
+    }
+    return least;
+  }
 };
 
 /// From the foot of a to the foot of b over the coarse edges that are nearest to the fine one.
 float StepError::search(std::uint32_t a, std::uint32_t b) const {
-  std::array<Passed, kSearchLimit> passed;
-  std::size_t count = 0;
-  const auto add = [&](std::uint32_t triangle, float largest, Vec3f at) {
-    for (std::size_t i = 0; i < count; ++i) {
-      if (passed[i].triangle != triangle) continue;
-      if (largest < passed[i].largest) passed[i] = {triangle, false, largest, at};
-      return;
-    }
-    if (count < kSearchLimit) passed[count++] = {triangle, false, largest, at};
+  // From a foot there is one triangle to begin with.
+  if (feet_[a] == kNone && feet_[b] != kNone) std::swap(a, b);
+  const std::vector<Triangle>& triangles = mesh_->triangles;
+  Ways ways;
+  const auto cross_edge = [&](std::uint32_t triangle, std::size_t e, Vec3f at, float largest) {
+    const Triangle& t = triangles[triangle];
+    const std::uint32_t other = neighbours_[triangle][e];
+    if (other == kNone) return;
+    const float distance =
+        pass_over(mesh_->positions[t[e]], mesh_->positions[t[kNext[e]]], fine_[b], at);
+    ways.add({other, triangle, false, std::max(distance, largest), at});
   };
   if (feet_[a] != kNone) {
-    add(feet_[a], 0, fine_[a]);
+    ways.add({feet_[a], kNone, false, 0, fine_[a]});
   } else {
-    for (const std::uint32_t t : simplifier_->fans().of(a)) add(t, 0, fine_[a]);
-  }
-  while (true) {
-    std::size_t next = kSearchLimit;
-    for (std::size_t i = 0; i < count; ++i) {
-      if (passed[i].is_left) continue;
-      if (next == kSearchLimit || passed[i].largest < passed[next].largest) next = i;
+    // A vertex that stays is a corner of its triangles; the way leads over the third edge.
+    for (const std::uint32_t t : simplifier_->fans().of(a)) {
+      const std::size_t corner = (triangles[t][1] == a) + 2u * (triangles[t][2] == a);
+      cross_edge(t, kNext[corner], fine_[a], 0);
     }
-    if (next == kSearchLimit) break;
-    passed[next].is_left = true;
-    const Passed from = passed[next];
-    const Triangle& t = mesh_->triangles[from.triangle];
-    if (feet_[b] != kNone ? from.triangle == feet_[b] : has(t, b)) return from.largest;
+  }
+  while (Ways::Passed* const way = ways.next()) {
+    way->is_left = true;
+    const Ways::Passed from = *way;
+    const std::uint32_t t = from.triangle;
+    if (feet_[b] != kNone ? t == feet_[b] : has(triangles[t], b)) return from.largest;
     for (std::size_t e = 0; e < 3; ++e) {
-      const std::uint32_t other = neighbours_[from.triangle][e];
-      if (other == kNone) continue;
-      Vec3f at = from.at;
-      const float distance =
-          pass_over(mesh_->positions[t[e]], mesh_->positions[t[kNext[e]]], fine_[b], at);
-      add(other, std::max(distance, from.largest), at);
+      if (neighbours_[t][e] != from.before) cross_edge(t, e, from.at, from.largest);
     }
   }
+  // No way there: what is certain is that distances grow no faster than the way along the edge.
   return std::max(own_[a], own_[b]) + norm(fine_[b] - fine_[a]);
 }
 

@@ -32,7 +32,7 @@ class StepError {
   float of(std::size_t begin, std::size_t end) const;
 
  private:
-  struct Passed;
+  struct Ways;
   void find_foot(std::uint32_t vertex);
   void find_nearest(std::uint32_t vertex, std::uint32_t at);
   float border_distance(std::uint32_t vertex) const;
