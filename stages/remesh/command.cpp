@@ -8,7 +8,7 @@
 namespace cornice::remesh {
 namespace {
 
-nlohmann::json quality_json(const QualityReport &q) {
+nlohmann::json quality_json(const QualityReport& q) {
   return {{"triangles", q.triangles},
           {"share_min_angle_20", q.share_min_angle_20()},
           {"smallest_angle_deg", q.smallest_angle_deg},
@@ -26,37 +26,29 @@ std::string metres(double value) {
   return text;
 }
 
-} // namespace
+}  // namespace
 
-std::vector<Option> describe(Command &c) {
-  Options &o = c.options;
+std::vector<Option> describe(Command& c) {
+  Options& o = c.options;
   return {
       Option("MESH", c.mesh, "mesh to remesh, .ply").positional().required(),
       output_option(c.output, "remeshed mesh, .ply"),
-      Option("max-error", o.max_error_m,
-             "largest distance between input and result, both ways")
+      Option("max-error", o.max_error_m, "largest distance between input and result, both ways")
           .range(0.0001, 1000)
           .unit("m"),
-      Option("min-edge", o.min_edge_m,
-             "shortest edge to ask for; the error bound goes first")
+      Option("min-edge", o.min_edge_m, "shortest edge to ask for; the error bound goes first")
           .range(0, 1000)
           .unit("m"),
-      Option("max-edge", o.max_edge_m, "longest edge to ask for")
-          .range(0.001, 10000)
-          .unit("m"),
-      Option("grading", o.grading,
-             "growth of edges per metre away from short ones")
-          .range(0.05, 2),
-      Option("passes", o.passes,
-             "of splitting, collapsing, flipping and smoothing")
+      Option("max-edge", o.max_edge_m, "longest edge to ask for").range(0.001, 10000).unit("m"),
+      Option("grading", o.grading, "growth of edges per metre away from short ones").range(0.05, 2),
+      Option("passes", o.passes, "of splitting, collapsing, flipping and smoothing")
           .range(1, 50)
           .advanced(),
   };
 }
 
-void report_figures(const Result &result, const Options &options,
-                    Report &report) {
-  const Figures &f = result.figures;
+void report_figures(const Result& result, const Options& options, Report& report) {
+  const Figures& f = result.figures;
   report.count("vertices", result.mesh.positions.size());
   report.count("triangles", result.mesh.triangles.size());
   report.count("input triangles", f.input_triangles);
@@ -69,11 +61,9 @@ void report_figures(const Result &result, const Options &options,
   report.quality("result_to_input_m", f.result_to_input_m);
   report.quality("sample_spacing_m", f.sample_spacing_m);
   report.quality("all triangles", quality_json(f.quality));
-  report.quality("triangles away from fixed vertices",
-                 quality_json(f.inner_quality));
+  report.quality("triangles away from fixed vertices", quality_json(f.inner_quality));
   if (f.bad_input_edges > 0) {
-    report.warn("the input is no manifold along " +
-                std::to_string(f.bad_input_edges) +
+    report.warn("the input is no manifold along " + std::to_string(f.bad_input_edges) +
                 " sides of triangles; their vertices are kept as they are");
   }
   if (f.dropped_triangles > 0) {
@@ -83,9 +73,8 @@ void report_figures(const Result &result, const Options &options,
   }
   if (f.hausdorff_m() > options.max_error_m) {
     report.warn("the result is up to " + metres(f.hausdorff_m()) +
-                " away from the input, more than --max-error " +
-                metres(options.max_error_m));
+                " away from the input, more than --max-error " + metres(options.max_error_m));
   }
 }
 
-} // namespace cornice::remesh
+}  // namespace cornice::remesh

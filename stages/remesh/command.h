@@ -19,9 +19,8 @@ struct Command {
 };
 
 /// Options of `command`, which must stay where it is.
-std::vector<Option> describe(Command &command);
+std::vector<Option> describe(Command& command);
 
-void report_figures(const Result &result, const Options &options,
-                    Report &report);
+void report_figures(const Result& result, const Options& options, Report& report);
 
-} // namespace cornice::remesh
+}  // namespace cornice::remesh

@@ -43,7 +43,7 @@ struct Quadric {
   }
   /// Adds another whose vertex lies at -d of this one's, that is, this one's
   /// lies at d of it.
-  void add_moved(const Quadric &o, Vec3f d) {
+  void add_moved(const Quadric& o, Vec3f d) {
     const Vec3f m = o.matrix_times(d);
     c += o.at(d);
     bx += o.bx + m.x, by += o.by + m.y, bz += o.bz + m.z;
@@ -59,18 +59,23 @@ struct Candidate {
 };
 
 class Decimation {
-public:
-  Decimation(const std::vector<Vec3f> &positions, Patch &patch,
-             const Reference &input, const DecimateLimits &limits, Guard &guard)
-      : positions_(positions), ids_(patch.vertices), fixed_(patch.fixed),
-        triangles_(std::move(patch.triangles)), input_(input), limits_(limits),
-        guard_(guard), quadrics_(positions.size()), stamp_(positions.size(), 0),
+ public:
+  Decimation(const std::vector<Vec3f>& positions, Patch& patch, const Reference& input,
+             const DecimateLimits& limits, Guard& guard)
+      : positions_(positions),
+        ids_(patch.vertices),
+        fixed_(patch.fixed),
+        triangles_(std::move(patch.triangles)),
+        input_(input),
+        limits_(limits),
+        guard_(guard),
+        quadrics_(positions.size()),
+        stamp_(positions.size(), 0),
         touched_(positions.size(), 0) {
-    for (const Triangle &t : triangles_) {
+    for (const Triangle& t : triangles_) {
       const Vec3f n2 = normal2(t[0], t[1], t[2]);
       const float length = norm(n2);
-      if (!(length > 0.0f))
-        continue;
+      if (!(length > 0.0f)) continue;
       for (const std::uint32_t v : t) {
         quadrics_[v].add_plane_through_origin(n2 / length, 0.5f * length);
       }
@@ -83,14 +88,12 @@ public:
       find_candidates();
       const std::size_t collapsed = collapse_round();
       drop_dead();
-      if (static_cast<double>(collapsed) <=
-          kLeastProgress * static_cast<double>(live_))
-        break;
+      if (static_cast<double>(collapsed) <= kLeastProgress * static_cast<double>(live_)) break;
     }
     return std::move(triangles_);
   }
 
-private:
+ private:
   Vec3f normal2(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
     const Vec3f p = positions_[a];
     return cross(positions_[b] - p, positions_[c] - p);
@@ -99,9 +102,8 @@ private:
   /// Triangles of each vertex.
   void link() {
     first_.assign(positions_.size() + 1, 0);
-    for (const Triangle &t : triangles_) {
-      for (const std::uint32_t v : t)
-        ++first_[v + 1];
+    for (const Triangle& t : triangles_) {
+      for (const std::uint32_t v : t) ++first_[v + 1];
     }
     live_ = 0;
     for (std::size_t v = 0; v < positions_.size(); ++v) {
@@ -111,19 +113,18 @@ private:
     around_.resize(triangles_.size() * 3);
     at_.assign(first_.begin(), first_.end() - 1);
     for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
-      for (const std::uint32_t v : triangles_[t])
-        around_[at_[v]++] = t;
+      for (const std::uint32_t v : triangles_[t]) around_[at_[v]++] = t;
     }
   }
 
   /// The vertex that follows v in its triangle: round a closed ring, each
   /// neighbour once.
   std::uint32_t follower(std::uint32_t t, std::uint32_t v) const {
-    const Triangle &c = triangles_[t];
+    const Triangle& c = triangles_[t];
     return c[0] == v ? c[1] : c[1] == v ? c[2] : c[0];
   }
   std::uint32_t leader(std::uint32_t t, std::uint32_t v) const {
-    const Triangle &c = triangles_[t];
+    const Triangle& c = triangles_[t];
     return c[0] == v ? c[2] : c[1] == v ? c[0] : c[1];
   }
 
@@ -132,46 +133,38 @@ private:
     const float most = limits_.error_m * limits_.error_m;
     const float most_edge_sq = limits_.edge_m * limits_.edge_m;
     for (std::uint32_t v = 0; v < positions_.size(); ++v) {
-      if (fixed_[v] != 0 || first_[v] == first_[v + 1])
-        continue;
-      const Quadric &q = quadrics_[v];
+      if (fixed_[v] != 0 || first_[v] == first_[v + 1]) continue;
+      const Quadric& q = quadrics_[v];
       const float scale = q.area > 0.0f ? 1.0f / q.area : 0.0f;
       Candidate best{most, v, v};
       for (std::uint32_t i = first_[v]; i < first_[v + 1]; ++i) {
         const std::uint32_t to = follower(around_[i], v);
         const Vec3f d = positions_[to] - positions_[v];
         const float edge_sq = dot(d, d);
-        const float cost =
-            std::max(0.0f, q.at(d)) * scale + kShapeWeight * edge_sq;
-        if (cost < best.cost && edge_sq < most_edge_sq)
-          best = {cost, v, to};
+        const float cost = std::max(0.0f, q.at(d)) * scale + kShapeWeight * edge_sq;
+        if (cost < best.cost && edge_sq < most_edge_sq) best = {cost, v, to};
       }
-      if (best.to != v)
-        candidates_.push_back(best);
+      if (best.to != v) candidates_.push_back(best);
     }
   }
 
   std::size_t collapse_round() {
-    if (candidates_.empty())
-      return 0;
-    const auto cheaper = [](const Candidate &a, const Candidate &b) {
+    if (candidates_.empty()) return 0;
+    const auto cheaper = [](const Candidate& a, const Candidate& b) {
       return a.cost != b.cost ? a.cost < b.cost : a.from < b.from;
     };
     const auto tried = static_cast<std::ptrdiff_t>(
         std::ceil(kTriedShare * static_cast<double>(candidates_.size())));
-    std::nth_element(candidates_.begin(), candidates_.begin() + tried - 1,
-                     candidates_.end(), cheaper);
+    std::nth_element(candidates_.begin(), candidates_.begin() + tried - 1, candidates_.end(),
+                     cheaper);
     std::sort(candidates_.begin(), candidates_.begin() + tried, cheaper);
     std::fill(touched_.begin(), touched_.end(), 0);
     std::size_t collapsed = 0;
     for (std::ptrdiff_t i = 0; i < tried; ++i) {
-      const Candidate &c = candidates_[static_cast<std::size_t>(i)];
-      if (touched_[c.from] != 0 || touched_[c.to] != 0)
-        continue;
-      if (!keeps_topology(c.from, c.to) || !keeps_shape(c.from, c.to))
-        continue;
-      if (!keeps_surface(c.from, c.to))
-        continue;
+      const Candidate& c = candidates_[static_cast<std::size_t>(i)];
+      if (touched_[c.from] != 0 || touched_[c.to] != 0) continue;
+      if (!keeps_topology(c.from, c.to) || !keeps_shape(c.from, c.to)) continue;
+      if (!keeps_surface(c.from, c.to)) continue;
       collapse(c.from, c.to);
       ++collapsed;
     }
@@ -190,25 +183,19 @@ private:
     std::uint32_t common = 0, neighbours_of_to = 0;
     for (std::uint32_t i = first_[to]; i < first_[to + 1]; ++i) {
       ++neighbours_of_to;
-      for (const std::uint32_t n :
-           {follower(around_[i], to), leader(around_[i], to)}) {
-        if (stamp_[n] != mark)
-          continue;
+      for (const std::uint32_t n : {follower(around_[i], to), leader(around_[i], to)}) {
+        if (stamp_[n] != mark) continue;
         ++common;
-        stamp_[n] = mark - 1; // counted; still told from those that are no
-                              // neighbours of `from`
+        stamp_[n] = mark - 1;  // counted; still told from those that are no
+                               // neighbours of `from`
       }
     }
-    if (common != 2 || neighbours + neighbours_of_to > kMostNeighbours + 4)
-      return false;
-    if (neighbours < 3)
-      return false;
-    if (fixed_[to] == 0)
-      return true;
+    if (common != 2 || neighbours + neighbours_of_to > kMostNeighbours + 4) return false;
+    if (neighbours < 3) return false;
+    if (fixed_[to] == 0) return true;
     for (std::uint32_t i = first_[from]; i < first_[from + 1]; ++i) {
       const std::uint32_t n = follower(around_[i], from);
-      if (n != to && fixed_[n] != 0 && stamp_[n] == mark)
-        return false;
+      if (n != to && fixed_[n] != 0 && stamp_[n] == mark) return false;
     }
     return true;
   }
@@ -219,27 +206,21 @@ private:
     const Vec3f p = positions_[to];
     const float most_edge_sq = limits_.edge_m * limits_.edge_m;
     for (std::uint32_t i = first_[from]; i < first_[from + 1]; ++i) {
-      const std::uint32_t b = follower(around_[i], from),
-                          c = leader(around_[i], from);
-      if (b == to || c == to)
-        continue;
+      const std::uint32_t b = follower(around_[i], from), c = leader(around_[i], from);
+      if (b == to || c == to) continue;
       const Vec3f pb = positions_[b], pc = positions_[c];
       const Vec3f before = cross(pb - positions_[from], pc - positions_[from]);
       const Vec3f e1 = pb - p, e2 = pc - p, e3 = pc - pb;
       const Vec3f after = cross(e1, e2);
-      const float longest_sq =
-          std::max({dot(e1, e1), dot(e2, e2), dot(e3, e3)});
+      const float longest_sq = std::max({dot(e1, e1), dot(e2, e2), dot(e3, e3)});
       const float after_sq = dot(after, after);
-      if (longest_sq > most_edge_sq)
-        return false;
-      if (after_sq < kLeastShape * kLeastShape * longest_sq * longest_sq)
-        return false;
+      if (longest_sq > most_edge_sq) return false;
+      if (after_sq < kLeastShape * kLeastShape * longest_sq * longest_sq) return false;
       const float turn = dot(before, after);
       // A triangle without area has no normal to keep.
       const float before_sq = dot(before, before);
-      if (before_sq > 0.0f &&
-          (turn <= 0.0f || turn * turn < kLeastTurnCosine * kLeastTurnCosine *
-                                             before_sq * after_sq)) {
+      if (before_sq > 0.0f && (turn <= 0.0f || turn * turn < kLeastTurnCosine * kLeastTurnCosine *
+                                                                 before_sq * after_sq)) {
         return false;
       }
     }
@@ -251,10 +232,8 @@ private:
     fresh_.clear();
     for (std::uint32_t i = first_[from]; i < first_[from + 1]; ++i) {
       guard_.take(around_[i]);
-      const std::uint32_t b = follower(around_[i], from),
-                          c = leader(around_[i], from);
-      if (b == to || c == to)
-        continue;
+      const std::uint32_t b = follower(around_[i], from), c = leader(around_[i], from);
+      if (b == to || c == to) continue;
       guard_.put(positions_[to], positions_[b], positions_[c]);
       fresh_.push_back(around_[i]);
     }
@@ -267,16 +246,14 @@ private:
     quadrics_[to].add_moved(quadrics_[from], positions_[to] - positions_[from]);
     touched_[from] = 1;
     for (std::uint32_t i = first_[from]; i < first_[from + 1]; ++i) {
-      Triangle &t = triangles_[around_[i]];
-      for (const std::uint32_t v : t)
-        touched_[v] = 1;
+      Triangle& t = triangles_[around_[i]];
+      for (const std::uint32_t v : t) touched_[v] = 1;
       if (t[0] == to || t[1] == to || t[2] == to) {
         t = {0, 0, 0};
         continue;
       }
-      for (std::uint32_t &v : t) {
-        if (v == from)
-          v = to;
+      for (std::uint32_t& v : t) {
+        if (v == from) v = to;
       }
     }
   }
@@ -284,21 +261,20 @@ private:
   void drop_dead() {
     std::uint32_t kept = 0;
     for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
-      if (triangles_[t][0] == triangles_[t][1])
-        continue;
+      if (triangles_[t][0] == triangles_[t][1]) continue;
       triangles_[kept] = triangles_[t];
       guard_.renumber(t, kept++);
     }
     triangles_.resize(kept);
   }
 
-  const std::vector<Vec3f> &positions_;
-  const std::vector<std::uint32_t> &ids_;
-  const std::vector<std::uint8_t> &fixed_;
+  const std::vector<Vec3f>& positions_;
+  const std::vector<std::uint32_t>& ids_;
+  const std::vector<std::uint8_t>& fixed_;
   std::vector<Triangle> triangles_;
-  const Reference &input_;
+  const Reference& input_;
   const DecimateLimits limits_;
-  Guard &guard_;
+  Guard& guard_;
   std::vector<std::uint32_t> fresh_;
   std::vector<Quadric> quadrics_;
   std::vector<std::uint32_t> stamp_;
@@ -309,12 +285,11 @@ private:
   std::size_t live_ = 0;
 };
 
-} // namespace
+}  // namespace
 
-std::vector<Triangle> decimate(const std::vector<Vec3f> &positions,
-                               Patch &patch, const Reference &input,
-                               const DecimateLimits &limits, Guard &guard) {
+std::vector<Triangle> decimate(const std::vector<Vec3f>& positions, Patch& patch,
+                               const Reference& input, const DecimateLimits& limits, Guard& guard) {
   return Decimation(positions, patch, input, limits, guard).run();
 }
 
-} // namespace cornice::remesh
+}  // namespace cornice::remesh

@@ -10,9 +10,9 @@
 namespace cornice::remesh {
 
 struct DecimateLimits {
-  float error_m = 0.02f; ///< root mean square distance of a vertex from the
-                         ///< planes it stands for
-  float edge_m = 20.0f;  ///< longest edge to make
+  float error_m = 0.02f;  ///< root mean square distance of a vertex from the
+                          ///< planes it stands for
+  float edge_m = 20.0f;   ///< longest edge to make
   GuardLimits guard;
 };
 
@@ -24,8 +24,7 @@ struct DecimateLimits {
 /// inside a closed ring of triangles. No collapse joins two fixed vertices by a
 /// new edge: outside the patch there may be one already. Garland, Heckbert
 /// 1997; quadrics are held relative to their vertex, so floats suffice.
-std::vector<Triangle> decimate(const std::vector<Vec3f> &positions,
-                               Patch &patch, const Reference &input,
-                               const DecimateLimits &limits, Guard &guard);
+std::vector<Triangle> decimate(const std::vector<Vec3f>& positions, Patch& patch,
+                               const Reference& input, const DecimateLimits& limits, Guard& guard);
 
-} // namespace cornice::remesh
+}  // namespace cornice::remesh

@@ -27,24 +27,21 @@
 namespace cornice::remesh {
 
 struct GuardLimits {
-  float error_m = 0.04f;  ///< of both directions, at the places looked at
-  float spacing_m = 0.5f; ///< of the places looked at on new triangles, about
-  float small_m =
-      0.0f; ///< nothing is looked at on triangles with no longer side
-  float doubt_m = 0.0f; ///< nor after a change from which nothing carried is
-                        ///< farther away, unless less than 0
+  float error_m = 0.04f;   ///< of both directions, at the places looked at
+  float spacing_m = 0.5f;  ///< of the places looked at on new triangles, about
+  float small_m = 0.0f;    ///< nothing is looked at on triangles with no longer side
+  float doubt_m = 0.0f;    ///< nor after a change from which nothing carried is
+                           ///< farther away, unless less than 0
 };
 
 class Guard {
-public:
-  Guard(const Reference &input, const GuardLimits &limits)
-      : input_(&input), limits_(limits) {}
+ public:
+  Guard(const Reference& input, const GuardLimits& limits) : input_(&input), limits_(limits) {}
 
   /// Makes room for triangles numbered below `count`.
   void resize(std::size_t count) { head_.resize(count, kEnd); }
   /// Hangs an input vertex that is `distance_sq` away onto a triangle.
-  void add(std::uint32_t triangle, std::uint32_t input_vertex,
-           float distance_sq);
+  void add(std::uint32_t triangle, std::uint32_t input_vertex, float distance_sq);
   /// What triangle `from` carries hangs on `to` from now on; `to` must carry
   /// nothing.
   void renumber(std::uint32_t from, std::uint32_t to);
@@ -68,17 +65,16 @@ public:
   /// would have no area.
   bool fits_anyway();
   /// Carries the change out; fresh[i] is the number of the i-th new triangle.
-  void commit(const std::vector<std::uint32_t> &fresh);
+  void commit(const std::vector<std::uint32_t>& fresh);
 
   /// Calls visit(input vertex, squared distance) for all that a triangle
   /// carries.
   template <class Visit>
-  void each(std::uint32_t triangle, Visit &&visit) const {
-    for (std::uint32_t s = head_[triangle]; s != kEnd; s = next_[s])
-      visit(id_[s], distance_sq_[s]);
+  void each(std::uint32_t triangle, Visit&& visit) const {
+    for (std::uint32_t s = head_[triangle]; s != kEnd; s = next_[s]) visit(id_[s], distance_sq_[s]);
   }
 
-private:
+ private:
   static constexpr std::uint32_t kEnd = 0xffffffffu;
 
   /// A new triangle, made ready: u and v of a place p are dot(p - a, to_u) and
@@ -87,7 +83,7 @@ private:
     Vec3f a, b, c, to_u, to_v, normal;
   };
   struct Moved {
-    std::uint32_t sample; ///< kEnd: not in the lists yet
+    std::uint32_t sample;  ///< kEnd: not in the lists yet
     std::uint32_t id;
     std::uint32_t facet;
     float distance_sq;
@@ -95,23 +91,22 @@ private:
   };
 
   bool carry_over(float most_sq);
-  bool carry_over(Moved &moved, float most_sq) const;
+  bool carry_over(Moved& moved, float most_sq) const;
   bool is_doubtful() const;
   bool stays_near_input(std::uint32_t from) const;
-  std::uint32_t start_near(Vec3f p, std::uint32_t facet,
-                           std::uint32_t from) const;
+  std::uint32_t start_near(Vec3f p, std::uint32_t facet, std::uint32_t from) const;
 
-  const Reference *input_;
+  const Reference* input_;
   GuardLimits limits_;
-  std::vector<std::uint32_t> head_; ///< per triangle: a sample
-  std::vector<std::uint32_t> next_; ///< per sample
+  std::vector<std::uint32_t> head_;  ///< per triangle: a sample
+  std::vector<std::uint32_t> next_;  ///< per sample
   std::vector<std::uint32_t> id_;
   std::vector<float> distance_sq_;
   std::vector<std::uint32_t> old_, left_;
   std::vector<Facet> facets_;
   std::vector<Moved> moved_;
   std::vector<Vec3f> places_;
-  bool flat_ = false; ///< a new triangle has no area
+  bool flat_ = false;  ///< a new triangle has no area
 };
 
-} // namespace cornice::remesh
+}  // namespace cornice::remesh

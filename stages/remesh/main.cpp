@@ -13,38 +13,35 @@ using namespace cornice;
 /// What the stage needs at its peak, per triangle of the input.
 constexpr std::uint64_t kBytesPerTriangle = 150;
 
-void run(remesh::Command &command, StageContext &context) {
-  Report &report = context.report;
+void run(remesh::Command& command, StageContext& context) {
+  Report& report = context.report;
   command.options.threads = context.options.threads;
   if (command.options.min_edge_m > command.options.max_edge_m) {
     throw UsageError("--min-edge", "must not exceed --max-edge");
   }
   report.add_input(command.mesh);
-  context.memory.charge("the mesh", read_ply_info(command.mesh).count("face") *
-                                        kBytesPerTriangle);
+  context.memory.charge("the mesh", read_ply_info(command.mesh).count("face") * kBytesPerTriangle);
   Mesh mesh;
   report.step("read", [&] { mesh = read_ply_mesh(command.mesh); });
   remesh::Result result;
-  report.step("remesh", [&] {
-    result = remesh::remesh(mesh, command.options, context.progress);
-  });
+  report.step("remesh", [&] { result = remesh::remesh(mesh, command.options, context.progress); });
   mesh = {};
   remesh::report_figures(result, command.options, report);
   report.step("write", [&] { write_ply(command.output, result.mesh); });
 }
 
-} // namespace
+}  // namespace
 
-int main(int argc, char **argv) {
+int main(int argc, char** argv) {
   remesh::Command command;
   Stage stage;
   stage.name = "remesh";
-  stage.description = "Turns a dense mesh into few, well-shaped triangles that "
-                      "stay close to it";
+  stage.description =
+      "Turns a dense mesh into few, well-shaped triangles that "
+      "stay close to it";
   stage.options = remesh::describe(command);
-  stage.examples = {
-      "cornice-remesh trimmed.ply -o tile.ply",
-      "cornice-remesh trimmed.ply -o tile.ply --max-error 0.1 --max-edge 10"};
-  stage.run = [&](StageContext &context) { run(command, context); };
+  stage.examples = {"cornice-remesh trimmed.ply -o tile.ply",
+                    "cornice-remesh trimmed.ply -o tile.ply --max-error 0.1 --max-edge 10"};
+  stage.run = [&](StageContext& context) { run(command, context); };
   return run_stage(argc, argv, std::move(stage));
 }

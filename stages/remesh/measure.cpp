@@ -18,7 +18,7 @@ struct FarPlace {
   Vec3f at;
   std::uint32_t input_triangle;
   std::uint32_t carrier;
-  float distance_sq; ///< of the carrier
+  float distance_sq;  ///< of the carrier
 };
 
 struct Found {
@@ -30,24 +30,21 @@ struct Found {
   /// Whether that is too far.
   bool add(float distance_sq, float bound_m) {
     largest_sq = std::max(largest_sq, distance_sq);
-    if (distance_sq > bound_m * bound_m)
-      return true;
+    if (distance_sq > bound_m * bound_m) return true;
     kept_sq = std::max(kept_sq, distance_sq);
     return false;
   }
-  void add(Found &other) {
+  void add(Found& other) {
     largest_sq = std::max(largest_sq, other.largest_sq);
     kept_sq = std::max(kept_sq, other.kept_sq);
-    offences.insert(offences.end(), other.offences.begin(),
-                    other.offences.end());
+    offences.insert(offences.end(), other.offences.begin(), other.offences.end());
     far.insert(far.end(), other.far.begin(), other.far.end());
   }
 };
 
 /// The triangles of the result that come within `reach` of the columns of side
 /// `cell` in which the places lie.
-std::vector<std::uint32_t> triangles_near(const WorkMesh &mesh,
-                                          const std::vector<FarPlace> &places,
+std::vector<std::uint32_t> triangles_near(const WorkMesh& mesh, const std::vector<FarPlace>& places,
                                           float cell, float reach) {
   const auto column = [&](float value) {
     return static_cast<std::int32_t>(std::floor(value / cell));
@@ -57,15 +54,13 @@ std::vector<std::uint32_t> triangles_near(const WorkMesh &mesh,
            static_cast<std::uint32_t>(y);
   };
   std::vector<std::uint64_t> wanted;
-  for (const FarPlace &far : places)
-    wanted.push_back(key(column(far.at.x), column(far.at.y)));
+  for (const FarPlace& far : places) wanted.push_back(key(column(far.at.x), column(far.at.y)));
   std::sort(wanted.begin(), wanted.end());
   wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
   std::vector<std::uint32_t> found;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-    const Triangle &c = mesh.triangles[t];
-    const Vec3f p = mesh.positions[c[0]], q = mesh.positions[c[1]],
-                r = mesh.positions[c[2]];
+    const Triangle& c = mesh.triangles[t];
+    const Vec3f p = mesh.positions[c[0]], q = mesh.positions[c[1]], r = mesh.positions[c[2]];
     const std::int32_t x0 = column(std::min({p.x, q.x, r.x}) - reach);
     const std::int32_t x1 = column(std::max({p.x, q.x, r.x}) + reach);
     const std::int32_t y0 = column(std::min({p.y, q.y, r.y}) - reach);
@@ -76,22 +71,21 @@ std::vector<std::uint32_t> triangles_near(const WorkMesh &mesh,
         near = std::binary_search(wanted.begin(), wanted.end(), key(x, y));
       }
     }
-    if (near)
-      found.push_back(t);
+    if (near) found.push_back(t);
   }
   return found;
 }
 
 /// From places of the input to the result.
 class Forth {
-public:
-  Forth(const WorkMesh &mesh, const Reference &input,
-        const MeasureLimits &limits)
-      : mesh_(mesh), input_(input), limits_(limits),
+ public:
+  Forth(const WorkMesh& mesh, const Reference& input, const MeasureLimits& limits)
+      : mesh_(mesh),
+        input_(input),
+        limits_(limits),
         carrier_(input.positions().size(), Reference::kNoTriangle) {
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-      for (std::uint32_t s = mesh.sample_first[t]; s < mesh.sample_first[t + 1];
-           ++s) {
+      for (std::uint32_t s = mesh.sample_first[t]; s < mesh.sample_first[t + 1]; ++s) {
         carrier_[mesh.samples[s]] = t;
       }
     }
@@ -106,8 +100,7 @@ public:
       }
       // What has been mended may lie nearer to another triangle than to the one
       // it hangs on.
-      for (std::uint32_t s = mesh_.sample_first[t];
-           s < mesh_.sample_first[t + 1]; ++s) {
+      for (std::uint32_t s = mesh_.sample_first[t]; s < mesh_.sample_first[t + 1]; ++s) {
         const std::uint32_t id = mesh_.samples[s];
         look(input_.positions()[id], input_.triangle_at(id), {t, t, t}, found);
       }
@@ -116,7 +109,7 @@ public:
     return found;
   }
 
-private:
+ private:
   using Three = std::array<std::uint32_t, 3>;
 
   Found run_on_triangles(int threads) const {
@@ -124,53 +117,41 @@ private:
         input_.triangles().size(), kGrain, threads, Found{},
         [&](std::size_t begin, std::size_t end) {
           Found found;
-          for (std::size_t t = begin; t < end; ++t)
-            look(static_cast<std::uint32_t>(t), found);
+          for (std::size_t t = begin; t < end; ++t) look(static_cast<std::uint32_t>(t), found);
           return found;
         },
-        [](Found &all, Found &part) { all.add(part); });
+        [](Found& all, Found& part) { all.add(part); });
   }
 
-  void look(std::uint32_t t, Found &found) const {
-    const Triangle &c = input_.triangles()[t];
+  void look(std::uint32_t t, Found& found) const {
+    const Triangle& c = input_.triangles()[t];
     const Three at{carrier_[c[0]], carrier_[c[1]], carrier_[c[2]]};
-    if (at[0] == at[1] && at[1] == at[2])
-      return;
-    const bool changed =
-        std::any_of(std::begin(at), std::end(at), [&](std::uint32_t carrier) {
-          return carrier != Reference::kNoTriangle &&
-                 mesh_.changed[carrier] != 0;
-        });
-    if (!changed)
-      return;
+    if (at[0] == at[1] && at[1] == at[2]) return;
+    const bool changed = std::any_of(std::begin(at), std::end(at), [&](std::uint32_t carrier) {
+      return carrier != Reference::kNoTriangle && mesh_.changed[carrier] != 0;
+    });
+    if (!changed) return;
     const Vec3f p[3] = {input_.positions()[c[0]], input_.positions()[c[1]],
                         input_.positions()[c[2]]};
     for (int k = 0; k < 3; ++k) {
       // Each side by one of its triangles.
-      const std::uint32_t twin =
-          input_.twins()[3 * t + static_cast<std::uint32_t>(k)];
-      if (twin < kNoTwin && twin < 3 * t)
-        continue;
-      if (at[k] != at[(k + 1) % 3])
-        look((p[k] + p[(k + 1) % 3]) * 0.5f, t, at, found);
+      const std::uint32_t twin = input_.twins()[3 * t + static_cast<std::uint32_t>(k)];
+      if (twin < kNoTwin && twin < 3 * t) continue;
+      if (at[k] != at[(k + 1) % 3]) look((p[k] + p[(k + 1) % 3]) * 0.5f, t, at, found);
     }
     look((p[0] + p[1] + p[2]) / 3.0f, t, at, found);
   }
 
-  void look(Vec3f p, std::uint32_t t, const Three &at, Found &found) const {
+  void look(Vec3f p, std::uint32_t t, const Three& at, Found& found) const {
     NearestPoint best;
     for (const std::uint32_t carrier : at) {
-      if (carrier == Reference::kNoTriangle)
-        continue;
-      const Triangle &c = mesh_.triangles[carrier];
-      NearestPoint near =
-          nearest_on_triangle(p, mesh_.positions[c[0]], mesh_.positions[c[1]],
-                              mesh_.positions[c[2]]);
+      if (carrier == Reference::kNoTriangle) continue;
+      const Triangle& c = mesh_.triangles[carrier];
+      NearestPoint near = nearest_on_triangle(p, mesh_.positions[c[0]], mesh_.positions[c[1]],
+                                              mesh_.positions[c[2]]);
       near.triangle = carrier;
-      if (near.distance_sq < best.distance_sq)
-        best = near;
-      if (best.distance_sq <= limits_.enough_m * limits_.enough_m)
-        break;
+      if (near.distance_sq < best.distance_sq) best = near;
+      if (best.distance_sq <= limits_.enough_m * limits_.enough_m) break;
     }
     if (best.distance_sq > limits_.bound_m * limits_.bound_m) {
       found.far.push_back({p, t, best.triangle, best.distance_sq});
@@ -180,16 +161,14 @@ private:
   }
 
   /// Where what a place hangs on is too far, another triangle may be near.
-  void search_far(Found &found, int threads) const {
-    if (found.far.empty())
-      return;
-    const std::vector<std::uint32_t> numbers = triangles_near(
-        mesh_, found.far, 8.0f * limits_.spacing_m, limits_.bound_m);
+  void search_far(Found& found, int threads) const {
+    if (found.far.empty()) return;
+    const std::vector<std::uint32_t> numbers =
+        triangles_near(mesh_, found.far, 8.0f * limits_.spacing_m, limits_.bound_m);
     std::vector<Triangle> triangles;
-    for (const std::uint32_t t : numbers)
-      triangles.push_back(mesh_.triangles[t]);
+    for (const std::uint32_t t : numbers) triangles.push_back(mesh_.triangles[t]);
     const TriangleTree tree(mesh_.positions, triangles, threads);
-    for (const FarPlace &far : found.far) {
+    for (const FarPlace& far : found.far) {
       NearestQuery query;
       query.max_distance_sq = far.distance_sq;
       NearestPoint near = tree.nearest(far.at, query);
@@ -201,14 +180,13 @@ private:
       }
       if (found.add(near.distance_sq, limits_.bound_m)) {
         found.offences.push_back(
-            {near.distance_sq,
-             {triangle, far.at, far.input_triangle, true, {}, 0.0f}});
+            {near.distance_sq, {triangle, far.at, far.input_triangle, true, {}, 0.0f}});
       }
     }
   }
 
-  const WorkMesh &mesh_;
-  const Reference &input_;
+  const WorkMesh& mesh_;
+  const Reference& input_;
   const MeasureLimits limits_;
   std::vector<std::uint32_t> carrier_;
 };
@@ -216,9 +194,9 @@ private:
 /// From places of one triangle of the result to the input; on its sides only on
 /// those that run upwards in the numbers of vertices, or have a fixed end: such
 /// a side may be an open one.
-void look_back(const WorkMesh &mesh, const Reference &input,
-               const MeasureLimits &limits, std::uint32_t t, Found &found) {
-  const Triangle &c = mesh.triangles[t];
+void look_back(const WorkMesh& mesh, const Reference& input, const MeasureLimits& limits,
+               std::uint32_t t, Found& found) {
+  const Triangle& c = mesh.triangles[t];
   const Vec3f a = mesh.positions[c[0]];
   const Vec3f ab = mesh.positions[c[1]] - a, ac = mesh.positions[c[2]] - a;
   const auto is_own = [&](int k) {
@@ -226,10 +204,8 @@ void look_back(const WorkMesh &mesh, const Reference &input,
     return v < w || (mesh.fixed[v] != 0 && mesh.fixed[w] != 0);
   };
   const bool own[3] = {is_own(0), is_own(1), is_own(2)};
-  const float longest =
-      std::sqrt(std::max({dot(ab, ab), dot(ac, ac), dot(ac - ab, ac - ab)}));
-  const int n =
-      std::max(2, static_cast<int>(std::ceil(longest / limits.spacing_m)));
+  const float longest = std::sqrt(std::max({dot(ab, ab), dot(ac, ac), dot(ac - ab, ac - ab)}));
+  const int n = std::max(2, static_cast<int>(std::ceil(longest / limits.spacing_m)));
   const float step = 1.0f / static_cast<float>(n);
   Offence offence{t, {}, 0};
   float worst_sq = limits.bound_m * limits.bound_m;
@@ -237,12 +213,9 @@ void look_back(const WorkMesh &mesh, const Reference &input,
   const auto look = [&](float u, float v) {
     const Vec3f p = a + ab * u + ac * v;
     const NearestPoint near =
-        input.near(p, from, limits.enough_m * limits.enough_m,
-                   limits.search_m * limits.search_m);
+        input.near(p, from, limits.enough_m * limits.enough_m, limits.search_m * limits.search_m);
     from = near.triangle;
-    if (!found.add(near.distance_sq, limits.bound_m) ||
-        near.distance_sq <= worst_sq)
-      return;
+    if (!found.add(near.distance_sq, limits.bound_m) || near.distance_sq <= worst_sq) return;
     worst_sq = near.distance_sq;
     offence.place = p;
     offence.through = input.tree().point(near);
@@ -250,26 +223,21 @@ void look_back(const WorkMesh &mesh, const Reference &input,
   };
   for (int i = 0; i <= n; ++i) {
     // Rows begin next to each other.
-    if (i > 0)
-      from = row;
+    if (i > 0) from = row;
     for (int j = 0; i + j <= n; ++j) {
-      if ((j == 0 && !own[0]) || (i + j == n && !own[1]) || (i == 0 && !own[2]))
-        continue;
+      if ((j == 0 && !own[0]) || (i + j == n && !own[1]) || (i == 0 && !own[2])) continue;
       look(static_cast<float>(i) * step, static_cast<float>(j) * step);
-      if (j <= 1)
-        row = from;
+      if (j <= 1) row = from;
     }
   }
-  if (n == 2)
-    look(1.0f / 3.0f, 1.0f / 3.0f);
-  if (worst_sq > limits.bound_m * limits.bound_m)
-    found.offences.push_back({worst_sq, offence});
+  if (n == 2) look(1.0f / 3.0f, 1.0f / 3.0f);
+  if (worst_sq > limits.bound_m * limits.bound_m) found.offences.push_back({worst_sq, offence});
 }
 
-} // namespace
+}  // namespace
 
-Distances measure_distances(const WorkMesh &mesh, const Reference &input,
-                            const MeasureLimits &limits, int threads) {
+Distances measure_distances(const WorkMesh& mesh, const Reference& input,
+                            const MeasureLimits& limits, int threads) {
   Distances distances;
   Found forth = Forth(mesh, input, limits).run(threads);
   Found back = parallel_reduce(
@@ -277,27 +245,22 @@ Distances measure_distances(const WorkMesh &mesh, const Reference &input,
       [&](std::size_t begin, std::size_t end) {
         Found found;
         for (std::size_t t = begin; t < end; ++t) {
-          if (mesh.changed[t] == 0)
-            continue;
+          if (mesh.changed[t] == 0) continue;
           look_back(mesh, input, limits, static_cast<std::uint32_t>(t), found);
         }
         return found;
       },
-      [](Found &all, Found &part) { all.add(part); });
+      [](Found& all, Found& part) { all.add(part); });
   distances.input_to_result_m = std::sqrt(forth.largest_sq);
   distances.result_to_input_m = std::sqrt(back.largest_sq);
   distances.kept_m = std::sqrt(std::max(forth.kept_sq, back.kept_sq));
-  forth.offences.insert(forth.offences.end(), back.offences.begin(),
-                        back.offences.end());
-  std::stable_sort(forth.offences.begin(), forth.offences.end(),
-                   [](const auto &a, const auto &b) {
-                     return a.second.triangle != b.second.triangle
-                                ? a.second.triangle < b.second.triangle
-                                : a.first > b.first;
-                   });
-  for (const auto &[distance_sq, offence] : forth.offences) {
-    if (!distances.offences.empty() &&
-        distances.offences.back().triangle == offence.triangle) {
+  forth.offences.insert(forth.offences.end(), back.offences.begin(), back.offences.end());
+  std::stable_sort(forth.offences.begin(), forth.offences.end(), [](const auto& a, const auto& b) {
+    return a.second.triangle != b.second.triangle ? a.second.triangle < b.second.triangle
+                                                  : a.first > b.first;
+  });
+  for (const auto& [distance_sq, offence] : forth.offences) {
+    if (!distances.offences.empty() && distances.offences.back().triangle == offence.triangle) {
       continue;
     }
     distances.offences.push_back(offence);
@@ -306,4 +269,4 @@ Distances measure_distances(const WorkMesh &mesh, const Reference &input,
   return distances;
 }
 
-} // namespace cornice::remesh
+}  // namespace cornice::remesh

@@ -16,25 +16,23 @@ struct Offence {
   std::uint32_t triangle;
   Vec3f through;
   std::uint32_t input_triangle;
-  bool must_reach =
-      false; ///< the input is too far from the result there, not the other way
-  Vec3f place{}; ///< of the result that is too far from the input, if not
+  bool must_reach = false;  ///< the input is too far from the result there, not the other way
+  Vec3f place{};            ///< of the result that is too far from the input, if not
   float distance_m = 0.0f;
 };
 
 struct Distances {
-  float input_to_result_m = 0.0f; ///< at most, over the places looked at
+  float input_to_result_m = 0.0f;  ///< at most, over the places looked at
   float result_to_input_m = 0.0f;
-  float kept_m = 0.0f; ///< largest of both that is no offence
-  std::vector<Offence>
-      offences; ///< the worst one of each triangle, by triangle
+  float kept_m = 0.0f;            ///< largest of both that is no offence
+  std::vector<Offence> offences;  ///< the worst one of each triangle, by triangle
 };
 
 struct MeasureLimits {
-  float enough_m = 0.025f; ///< nearer than this is not told apart
-  float search_m = 0.045f; ///< farther is searched for on other sheets, too
-  float bound_m = 0.05f;   ///< farther is an offence
-  float spacing_m = 0.25f; ///< of the places looked at on the result
+  float enough_m = 0.025f;  ///< nearer than this is not told apart
+  float search_m = 0.045f;  ///< farther is searched for on other sheets, too
+  float bound_m = 0.05f;    ///< farther is an offence
+  float spacing_m = 0.25f;  ///< of the places looked at on the result
 };
 
 /// Looks at the triangles whose byte in mesh.changed is not 0, and at the input
@@ -43,7 +41,7 @@ struct MeasureLimits {
 /// and its own. (Where all three are near one triangle the whole triangle
 /// between them is, since the distance from a convex body is convex.) From the
 /// result: places about spacing_m apart on every triangle.
-Distances measure_distances(const WorkMesh &mesh, const Reference &input,
-                            const MeasureLimits &limits, int threads);
+Distances measure_distances(const WorkMesh& mesh, const Reference& input,
+                            const MeasureLimits& limits, int threads);
 
-} // namespace cornice::remesh
+}  // namespace cornice::remesh

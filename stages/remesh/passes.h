@@ -11,28 +11,27 @@ namespace cornice::remesh {
 /// Where the grid of patches lies and how large it is.
 struct PatchGrid {
   double side_m = 128.0;
-  double shift_x = 0.0; ///< as shares of the side
+  double shift_x = 0.0;  ///< as shares of the side
   double shift_y = 0.0;
 };
 
 /// Decimates every patch; vertices keep their numbers, which are those of the
 /// input.
-void decimate_pass(WorkMesh &mesh, const Reference &input,
-                   const PatchGrid &grid, const DecimateLimits &limits,
-                   int threads, Progress &progress);
+void decimate_pass(WorkMesh& mesh, const Reference& input, const PatchGrid& grid,
+                   const DecimateLimits& limits, int threads, Progress& progress);
 
 /// Relaxes every patch.
-void relax_pass(WorkMesh &mesh, const Reference &input, const PatchGrid &grid,
-                const RelaxLimits &limits, int threads, Progress &progress);
+void relax_pass(WorkMesh& mesh, const Reference& input, const PatchGrid& grid,
+                const RelaxLimits& limits, int threads, Progress& progress);
 
 /// Puts a vertex through the place of every offence, as far as it can.
 /// `offences` by triangle; places of the input in `places` that are near stay
 /// so. mesh.changed tells which triangles lie in the patches it has worked on.
-void mend_pass(WorkMesh &mesh, const Reference &input, const PatchGrid &grid,
-               const RelaxLimits &limits, const std::vector<Offence> &offences,
-               const std::vector<Vec3f> &places, int threads);
+void mend_pass(WorkMesh& mesh, const Reference& input, const PatchGrid& grid,
+               const RelaxLimits& limits, const std::vector<Offence>& offences,
+               const std::vector<Vec3f>& places, int threads);
 
 /// Drops vertices that no triangle names.
-void compact(WorkMesh &mesh);
+void compact(WorkMesh& mesh);
 
-} // namespace cornice::remesh
+}  // namespace cornice::remesh

@@ -13,16 +13,15 @@ namespace cornice::remesh {
 /// may be called from many threads. Memory: 12 bytes a triangle for the tree,
 /// 12 for the twins, 2 for the vertices.
 class Reference {
-public:
+ public:
   /// `twins` as match_half_edges() gives them for `triangles`.
-  Reference(const std::vector<Vec3f> &positions,
-            const std::vector<Triangle> &triangles,
+  Reference(const std::vector<Vec3f>& positions, const std::vector<Triangle>& triangles,
             std::vector<std::uint32_t> twins, int threads);
 
-  const std::vector<Vec3f> &positions() const { return tree_.positions(); }
-  const std::vector<Triangle> &triangles() const { return tree_.triangles(); }
-  const std::vector<std::uint32_t> &twins() const { return twins_; }
-  const TriangleTree &tree() const { return tree_; }
+  const std::vector<Vec3f>& positions() const { return tree_.positions(); }
+  const std::vector<Triangle>& triangles() const { return tree_.triangles(); }
+  const std::vector<std::uint32_t>& twins() const { return twins_; }
+  const TriangleTree& tree() const { return tree_; }
   /// One of the triangles at a vertex; kNoTriangle where there is none.
   std::uint32_t triangle_at(std::uint32_t vertex) const { return at_[vertex]; }
   static constexpr std::uint32_t kNoTriangle = 0xffffffffu;
@@ -35,12 +34,11 @@ public:
   /// A walk that stops where it is nearer than `enough_sq`, and a search where
   /// it ends farther away than `search_sq`: then the nearest place of all.
   /// Without u and v where no search was needed.
-  NearestPoint near(Vec3f p, std::uint32_t from, float enough_sq,
-                    float search_sq) const;
+  NearestPoint near(Vec3f p, std::uint32_t from, float enough_sq, float search_sq) const;
   /// Whether some place of the surface is that near.
   bool is_near(Vec3f p, std::uint32_t from, float enough_sq) const;
 
-private:
+ private:
   NearestPoint measure(Vec3f p, std::uint32_t triangle) const;
   /// The squared distance of a triangle, or most_sq where it is farther than
   /// that.
@@ -49,12 +47,11 @@ private:
   /// farthest beyond.
   std::uint32_t stride(Vec3f p, std::uint32_t from) const;
   /// Where the walk ends, and how near that is.
-  std::uint32_t step_down(Vec3f p, std::uint32_t from, float enough_sq,
-                          float &found_sq) const;
+  std::uint32_t step_down(Vec3f p, std::uint32_t from, float enough_sq, float& found_sq) const;
 
   TriangleTree tree_;
   std::vector<std::uint32_t> twins_;
   std::vector<std::uint32_t> at_;
 };
 
-} // namespace cornice::remesh
+}  // namespace cornice::remesh

@@ -43,16 +43,18 @@ float shape(Vec3f a, Vec3f b, Vec3f c) {
 
 bool turned_too_far(Vec3f before, Vec3f after, float cosine) {
   const float d = dot(before, after);
-  return d <= 0.0f ||
-         d * d < cosine * cosine * dot(before, before) * dot(after, after);
+  return d <= 0.0f || d * d < cosine * cosine * dot(before, before) * dot(after, after);
 }
 
 class Relaxation {
-public:
-  Relaxation(RelaxPatch &patch, const Reference &input,
-             const RelaxLimits &limits)
-      : patch_(patch), mesh_(patch.mesh), guard_(patch.guard), input_(input),
-        limits_(limits), changed_(patch.mesh.triangle_count(), 1) {}
+ public:
+  Relaxation(RelaxPatch& patch, const Reference& input, const RelaxLimits& limits)
+      : patch_(patch),
+        mesh_(patch.mesh),
+        guard_(patch.guard),
+        input_(input),
+        limits_(limits),
+        changed_(patch.mesh.triangle_count(), 1) {}
 
   void run() {
     split_long();
@@ -64,7 +66,7 @@ public:
     flip_edges();
   }
 
-private:
+ private:
   float length(std::uint32_t h) const {
     return norm(mesh_.position(mesh_.end(h)) - mesh_.position(mesh_.start(h)));
   }
@@ -74,20 +76,18 @@ private:
 
   /// A place on the input near p, on a side that faces along `normal`. False
   /// where there is none within reach.
-  bool project(Vec3f p, Vec3f normal, std::uint32_t hint, Vec3f &on,
-               std::uint32_t &triangle) const {
+  bool project(Vec3f p, Vec3f normal, std::uint32_t hint, Vec3f& on,
+               std::uint32_t& triangle) const {
     const float reach_sq = limits_.reach_m * limits_.reach_m;
     NearestPoint found = input_.walk(p, hint, 0.0f);
-    if (found.distance_sq > reach_sq ||
-        dot(input_.tree().normal(found.triangle), normal) <= 0.0f) {
+    if (found.distance_sq > reach_sq || dot(input_.tree().normal(found.triangle), normal) <= 0.0f) {
       NearestQuery query;
       query.guess = found.triangle;
       query.facing = normal;
       query.max_distance_sq = reach_sq;
       found = input_.tree().nearest(p, query);
     }
-    if (!found.found())
-      return false;
+    if (!found.found()) return false;
     on = input_.tree().point(found);
     triangle = found.triangle;
     return true;
@@ -104,23 +104,18 @@ private:
     for (int round = 0; round < kSplitRounds; ++round) {
       edges.clear();
       for (std::uint32_t h = 0; h < mesh_.half_edge_count(); ++h) {
-        if (!mesh_.alive(h) || mesh_.twin(h) == kNone || mesh_.twin(h) < h)
-          continue;
-        if (mesh_.frozen(h))
-          continue;
+        if (!mesh_.alive(h) || mesh_.twin(h) == kNone || mesh_.twin(h) < h) continue;
+        if (mesh_.frozen(h)) continue;
         const std::uint32_t a = mesh_.start(h), b = mesh_.end(h);
         const float excess = length(h) / (kSplitAbove * wanted(a, b));
-        if (excess > 1.0f)
-          edges.push_back({excess, h, a, b});
+        if (excess > 1.0f) edges.push_back({excess, h, a, b});
       }
-      if (edges.empty())
-        return;
-      std::sort(edges.begin(), edges.end(), [](const Long &a, const Long &b) {
+      if (edges.empty()) return;
+      std::sort(edges.begin(), edges.end(), [](const Long& a, const Long& b) {
         return a.excess != b.excess ? a.excess > b.excess : a.h < b.h;
       });
-      for (const Long &e : edges) {
-        if (mesh_.start(e.h) == e.start && mesh_.end(e.h) == e.end &&
-            mesh_.twin(e.h) != kNone) {
+      for (const Long& e : edges) {
+        if (mesh_.start(e.h) == e.start && mesh_.end(e.h) == e.end && mesh_.twin(e.h) != kNone) {
           split(e.h);
         }
       }
@@ -133,31 +128,25 @@ private:
     const std::uint32_t a = mesh_.start(h), b = mesh_.end(h);
     const std::uint32_t c = mesh_.opposite(h), d = mesh_.opposite(g);
     const Vec3f middle = (mesh_.position(a) + mesh_.position(b)) * 0.5f;
-    const Vec3f normal =
-        normalized(mesh_.normal2(a, b, c) + mesh_.normal2(b, a, d));
+    const Vec3f normal = normalized(mesh_.normal2(a, b, c) + mesh_.normal2(b, a, d));
     std::uint32_t triangle = patch_.hint[a];
     Vec3f at;
     if (!project(middle, normal, patch_.hint[a], at, triangle) ||
-        norm(at - middle) > kSplitMove * length(h) ||
-        !split_fits(h, at, normal, triangle)) {
+        norm(at - middle) > kSplitMove * length(h) || !split_fits(h, at, normal, triangle)) {
       at = middle;
       begin_split(h, at);
-      if (!guard_.fits_anyway())
-        return;
+      if (!guard_.fits_anyway()) return;
     }
     // Over a cap, whose third corner lies on the edge already, a cut would only
     // double that corner.
-    const float nearest =
-        std::min(norm(mesh_.position(c) - at), norm(mesh_.position(d) - at));
-    if (nearest < kLeastCut * length(h))
-      return;
+    const float nearest = std::min(norm(mesh_.position(c) - at), norm(mesh_.position(d) - at));
+    if (nearest < kLeastCut * length(h)) return;
     carry_out_split(h, at, triangle);
   }
 
   void carry_out_split(std::uint32_t h, Vec3f at, std::uint32_t triangle) {
     const std::uint32_t g = mesh_.twin(h);
-    const float size =
-        0.5f * (patch_.size[mesh_.start(h)] + patch_.size[mesh_.end(h)]);
+    const float size = 0.5f * (patch_.size[mesh_.start(h)] + patch_.size[mesh_.end(h)]);
     mesh_.split(h, at);
     const auto t2 = static_cast<std::uint32_t>(mesh_.triangle_count()) - 2;
     commit({h / 3, t2, g / 3, t2 + 1});
@@ -169,10 +158,8 @@ private:
   /// PatchMesh::split().
   void begin_split(std::uint32_t h, Vec3f at) {
     const std::uint32_t g = mesh_.twin(h);
-    const Vec3f a = mesh_.position(mesh_.start(h)),
-                b = mesh_.position(mesh_.end(h));
-    const Vec3f c = mesh_.position(mesh_.opposite(h)),
-                d = mesh_.position(mesh_.opposite(g));
+    const Vec3f a = mesh_.position(mesh_.start(h)), b = mesh_.position(mesh_.end(h));
+    const Vec3f c = mesh_.position(mesh_.opposite(h)), d = mesh_.position(mesh_.opposite(g));
     guard_.begin();
     guard_.take(h / 3);
     guard_.take(g / 3);
@@ -182,8 +169,7 @@ private:
     guard_.put(at, a, d);
   }
 
-  bool split_fits(std::uint32_t h, Vec3f at, Vec3f normal,
-                  std::uint32_t triangle) {
+  bool split_fits(std::uint32_t h, Vec3f at, Vec3f normal, std::uint32_t triangle) {
     return split_stays_upright(h, at, normal) && guard_.fits(triangle);
   }
 
@@ -191,13 +177,11 @@ private:
   /// guard of them.
   bool split_stays_upright(std::uint32_t h, Vec3f at, Vec3f normal) {
     const std::uint32_t g = mesh_.twin(h);
-    const Vec3f corners[4] = {
-        mesh_.position(mesh_.start(h)), mesh_.position(mesh_.opposite(g)),
-        mesh_.position(mesh_.end(h)), mesh_.position(mesh_.opposite(h))};
+    const Vec3f corners[4] = {mesh_.position(mesh_.start(h)), mesh_.position(mesh_.opposite(g)),
+                              mesh_.position(mesh_.end(h)), mesh_.position(mesh_.opposite(h))};
     for (int k = 0; k < 4; ++k) {
       const Vec3f after = cross(corners[k] - at, corners[(k + 1) % 4] - at);
-      if (turned_too_far(normal, after, 0.5f * kMoveTurn))
-        return false;
+      if (turned_too_far(normal, after, 0.5f * kMoveTurn)) return false;
     }
     begin_split(h, at);
     return true;
@@ -205,13 +189,10 @@ private:
 
   void collapse_short() {
     for (std::uint32_t h = 0; h < mesh_.half_edge_count(); ++h) {
-      if (!mesh_.alive(h))
-        continue;
+      if (!mesh_.alive(h)) continue;
       const std::uint32_t a = mesh_.start(h), b = mesh_.end(h);
-      if (mesh_.fixed(a) || length(h) >= kCollapseBelow * wanted(a, b))
-        continue;
-      if (!mesh_.may_collapse(h) || !collapse_keeps_surface(h))
-        continue;
+      if (mesh_.fixed(a) || length(h) >= kCollapseBelow * wanted(a, b)) continue;
+      if (!mesh_.may_collapse(h) || !collapse_keeps_surface(h)) continue;
       mesh_.collapse(h);
       commit(fresh_);
     }
@@ -227,16 +208,12 @@ private:
     const bool good = mesh_.each_out(a, [&](std::uint32_t out) {
       guard_.take(out / 3);
       const std::uint32_t c = mesh_.end(out), d = mesh_.opposite(out);
-      if (c == b || d == b)
-        return true;
+      if (c == b || d == b) return true;
       const Vec3f pc = mesh_.position(c), pd = mesh_.position(d);
-      if (norm(pc - to) > kSplitAbove * wanted(b, c))
-        return false;
+      if (norm(pc - to) > kSplitAbove * wanted(b, c)) return false;
       const Vec3f after = cross(pc - to, pd - to);
-      if (turned_too_far(cross(pc - from, pd - from), after, kCollapseTurn))
-        return false;
-      if (shape(to, pc, pd) < kLeastShape)
-        return false;
+      if (turned_too_far(cross(pc - from, pd - from), after, kCollapseTurn)) return false;
+      if (shape(to, pc, pd) < kLeastShape) return false;
       guard_.put(to, pc, pd);
       fresh_.push_back(out / 3);
       return true;
@@ -253,59 +230,48 @@ private:
       looked_at_.resize(mesh_.triangle_count(), 1);
       for (std::uint32_t h = 0; h < mesh_.half_edge_count(); ++h) {
         const std::uint32_t g = mesh_.alive(h) ? mesh_.twin(h) : kNone;
-        if (g == kNone || g < h)
+        if (g == kNone || g < h) continue;
+        if ((looked_at_[h / 3] | looked_at_[g / 3] | changed_[h / 3] | changed_[g / 3]) == 0)
           continue;
-        if ((looked_at_[h / 3] | looked_at_[g / 3] | changed_[h / 3] |
-             changed_[g / 3]) == 0)
-          continue;
-        if (!flip_helps(h) || !mesh_.may_flip(h) || !flip_fits(h))
-          continue;
+        if (!flip_helps(h) || !mesh_.may_flip(h) || !flip_fits(h)) continue;
         mesh_.flip(h);
         commit({h / 3, g / 3});
         ++flipped;
       }
-      if (flipped == 0)
-        break;
+      if (flipped == 0) break;
     }
   }
 
-  void commit(const std::vector<std::uint32_t> &fresh) {
+  void commit(const std::vector<std::uint32_t>& fresh) {
     guard_.commit(fresh);
     changed_.resize(mesh_.triangle_count(), 1);
-    for (const std::uint32_t t : fresh)
-      changed_[t] = 1;
+    for (const std::uint32_t t : fresh) changed_[t] = 1;
   }
 
   /// Delaunay: the angles opposite the edge add up to more than 180 degrees.
   bool flip_helps(std::uint32_t h) const {
     const std::uint32_t g = mesh_.twin(h);
-    const Vec3f a = mesh_.position(mesh_.start(h)),
-                b = mesh_.position(mesh_.end(h));
-    const Vec3f c = mesh_.position(mesh_.opposite(h)),
-                d = mesh_.position(mesh_.opposite(g));
+    const Vec3f a = mesh_.position(mesh_.start(h)), b = mesh_.position(mesh_.end(h));
+    const Vec3f c = mesh_.position(mesh_.opposite(h)), d = mesh_.position(mesh_.opposite(g));
     const Vec3f ca = a - c, cb = b - c, da = a - d, db = b - d;
     const float sine_c = norm(cross(ca, cb)), sine_d = norm(cross(da, db));
     const float cosine_c = dot(ca, cb), cosine_d = dot(da, db);
     // sin(c + d) < 0, by a margin that keeps rounding from turning an edge to
     // and fro.
     const float sum = sine_c * cosine_d + cosine_c * sine_d;
-    if (!(sum < -1e-3f * std::sqrt(dot(ca, ca) * dot(cb, cb) * dot(da, da) *
-                                   dot(db, db)))) {
+    if (!(sum < -1e-3f * std::sqrt(dot(ca, ca) * dot(cb, cb) * dot(da, da) * dot(db, db)))) {
       return false;
     }
     const Vec3f n0 = cross(b - a, c - a), n1 = cross(a - b, d - b);
     const Vec3f m0 = cross(d - a, c - a), m1 = cross(b - d, c - d);
     const Vec3f before = n0 + n1;
-    return !turned_too_far(before, m0, kFlipTurn) &&
-           !turned_too_far(before, m1, kFlipTurn);
+    return !turned_too_far(before, m0, kFlipTurn) && !turned_too_far(before, m1, kFlipTurn);
   }
 
   bool flip_fits(std::uint32_t h) {
     const std::uint32_t g = mesh_.twin(h);
-    const Vec3f a = mesh_.position(mesh_.start(h)),
-                b = mesh_.position(mesh_.end(h));
-    const Vec3f c = mesh_.position(mesh_.opposite(h)),
-                d = mesh_.position(mesh_.opposite(g));
+    const Vec3f a = mesh_.position(mesh_.start(h)), b = mesh_.position(mesh_.end(h));
+    const Vec3f c = mesh_.position(mesh_.opposite(h)), d = mesh_.position(mesh_.opposite(g));
     guard_.begin();
     guard_.take(h / 3);
     guard_.take(g / 3);
@@ -316,8 +282,7 @@ private:
 
   void smooth() {
     for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v) {
-      if (mesh_.vertex_alive(v) && !mesh_.fixed(v))
-        smooth(v);
+      if (mesh_.vertex_alive(v) && !mesh_.fixed(v)) smooth(v);
     }
   }
 
@@ -338,21 +303,16 @@ private:
       normal += n;
       return true;
     });
-    if (!(weights > 0.0f))
-      return;
+    if (!(weights > 0.0f)) return;
     normal = normalized(normal);
-    if (is_sharp(v, normal))
-      return;
+    if (is_sharp(v, normal)) return;
     Vec3f step = sum / weights;
     step -= normal * dot(normal, step);
     Vec3f on;
     std::uint32_t triangle = 0;
-    if (!project(p + step * kStep, normal, patch_.hint[v], on, triangle))
-      return;
-    if (norm(on - p) < kLeastMove * patch_.size[v])
-      return;
-    if (!move_keeps_surface(v, p, on) || !guard_.fits(triangle))
-      return;
+    if (!project(p + step * kStep, normal, patch_.hint[v], on, triangle)) return;
+    if (norm(on - p) < kLeastMove * patch_.size[v]) return;
+    if (!move_keeps_surface(v, p, on) || !guard_.fits(triangle)) return;
     mesh_.move(v, on);
     commit(fresh_);
     patch_.hint[v] = triangle;
@@ -374,35 +334,31 @@ private:
     guard_.begin();
     fresh_.clear();
     const bool upright = mesh_.each_out(v, [&](std::uint32_t h) {
-      const Vec3f b = mesh_.position(mesh_.end(h)),
-                  c = mesh_.position(mesh_.opposite(h));
+      const Vec3f b = mesh_.position(mesh_.end(h)), c = mesh_.position(mesh_.opposite(h));
       worst_before = std::min(worst_before, shape(from, b, c));
       worst_after = std::min(worst_after, shape(to, b, c));
       guard_.take(h / 3);
       guard_.put(to, b, c);
       fresh_.push_back(h / 3);
-      return !turned_too_far(cross(b - from, c - from), cross(b - to, c - to),
-                             kMoveTurn);
+      return !turned_too_far(cross(b - from, c - from), cross(b - to, c - to), kMoveTurn);
     });
     return upright && (worst_after >= 0.4f || worst_after >= worst_before);
   }
 
-  RelaxPatch &patch_;
-  PatchMesh &mesh_;
-  Guard &guard_;
-  const Reference &input_;
-  const RelaxLimits &limits_;
+  RelaxPatch& patch_;
+  PatchMesh& mesh_;
+  Guard& guard_;
+  const Reference& input_;
+  const RelaxLimits& limits_;
   /// Per triangle: since the last sweep of turns; before it, while that lasts.
   std::vector<std::uint8_t> changed_, looked_at_;
-  std::vector<std::uint32_t>
-      fresh_; ///< numbers of the triangles that a change makes
+  std::vector<std::uint32_t> fresh_;  ///< numbers of the triangles that a change makes
 };
 
-} // namespace
+}  // namespace
 
-void relax(RelaxPatch &patch, const Reference &input,
-           const RelaxLimits &limits) {
+void relax(RelaxPatch& patch, const Reference& input, const RelaxLimits& limits) {
   Relaxation(patch, input, limits).run();
 }
 
-} // namespace cornice::remesh
+}  // namespace cornice::remesh

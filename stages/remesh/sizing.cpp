@@ -18,22 +18,20 @@ constexpr float kAimedShare = 0.8f;
 /// d.
 float graded(float size, float d, float grading) { return size + grading * d; }
 
-} // namespace
+}  // namespace
 
-void start_sizes(WorkMesh &mesh, const SizeLimits &limits) {
+void start_sizes(WorkMesh& mesh, const SizeLimits& limits) {
   const std::size_t n = mesh.positions.size();
   std::vector<float> area(n, 0.0f), edge(n, 0.0f);
   std::vector<std::uint32_t> triangles(n, 0), edges(n, 0);
-  for (const Triangle &t : mesh.triangles) {
+  for (const Triangle& t : mesh.triangles) {
     const Vec3f p = mesh.positions[t[0]];
-    const float a =
-        0.5f * norm(cross(mesh.positions[t[1]] - p, mesh.positions[t[2]] - p));
+    const float a = 0.5f * norm(cross(mesh.positions[t[1]] - p, mesh.positions[t[2]] - p));
     for (int k = 0; k < 3; ++k) {
       const std::uint32_t v = t[k], w = t[(k + 1) % 3];
       area[v] += a;
       ++triangles[v];
-      if (mesh.fixed[v] == 0 || mesh.fixed[w] == 0)
-        continue;
+      if (mesh.fixed[v] == 0 || mesh.fixed[w] == 0) continue;
       const float length = norm(mesh.positions[w] - mesh.positions[v]);
       edge[v] += length, edge[w] += length;
       ++edges[v], ++edges[w];
@@ -45,30 +43,26 @@ void start_sizes(WorkMesh &mesh, const SizeLimits &limits) {
       mesh.size[v] = edge[v] / static_cast<float>(edges[v]);
     } else if (triangles[v] > 0) {
       // Area sqrt(3)/4 s^2.
-      mesh.size[v] =
-          std::sqrt(2.3094f * area[v] / static_cast<float>(triangles[v]));
+      mesh.size[v] = std::sqrt(2.3094f * area[v] / static_cast<float>(triangles[v]));
     }
   }
 }
 
-void grade_sizes(WorkMesh &mesh, const SizeLimits &limits) {
+void grade_sizes(WorkMesh& mesh, const SizeLimits& limits) {
   for (std::size_t v = 0; v < mesh.size.size(); ++v) {
-    if (mesh.fixed[v] != 0)
-      continue;
-    mesh.size[v] =
-        std::clamp(mesh.size[v], limits.min_edge_m, limits.max_edge_m);
+    if (mesh.fixed[v] != 0) continue;
+    mesh.size[v] = std::clamp(mesh.size[v], limits.min_edge_m, limits.max_edge_m);
   }
   for (int sweep = 0; sweep < kGradingSweeps; ++sweep) {
     bool changed = false;
-    for (const Triangle &t : mesh.triangles) {
+    for (const Triangle& t : mesh.triangles) {
       for (int k = 0; k < 3; ++k) {
         const std::uint32_t a = t[k], b = t[(k + 1) % 3];
-        float &sa = mesh.size[a];
-        float &sb = mesh.size[b];
-        if (sa == sb)
-          continue;
+        float& sa = mesh.size[a];
+        float& sb = mesh.size[b];
+        if (sa == sb) continue;
         const float d = norm(mesh.positions[b] - mesh.positions[a]);
-        float &longer = sa > sb ? sa : sb;
+        float& longer = sa > sb ? sa : sb;
         const float most = graded(std::min(sa, sb), d, limits.grading);
         if (longer > most * 1.001f) {
           longer = most;
@@ -76,25 +70,21 @@ void grade_sizes(WorkMesh &mesh, const SizeLimits &limits) {
         }
       }
     }
-    if (!changed)
-      break;
+    if (!changed) break;
   }
 }
 
-void adapt_sizes(WorkMesh &mesh, const SizeLimits &limits, float smallest,
-                 float largest) {
+void adapt_sizes(WorkMesh& mesh, const SizeLimits& limits, float smallest, float largest) {
   std::vector<float> worst(mesh.positions.size(), 0.0f);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    for (const std::uint32_t v : mesh.triangles[t])
-      worst[v] = std::max(worst[v], mesh.error[t]);
+    for (const std::uint32_t v : mesh.triangles[t]) worst[v] = std::max(worst[v], mesh.error[t]);
   }
   const float aim = kAimedShare * limits.error_m;
   for (std::size_t v = 0; v < worst.size(); ++v) {
-    if (mesh.fixed[v] != 0)
-      continue;
+    if (mesh.fixed[v] != 0) continue;
     const float factor = std::sqrt(aim / std::max(worst[v], 1e-3f * aim));
     mesh.size[v] *= std::clamp(factor, smallest, largest);
   }
 }
 
-} // namespace cornice::remesh
+}  // namespace cornice::remesh
