@@ -8,7 +8,8 @@
 #if !defined(CORNICE_ONE_VERSION) && defined(__x86_64__) && defined(__GNUC__) &&   \
     !defined(__clang__) && !defined(__AVX2__) && !defined(__SANITIZE_ADDRESS__) && \
     !defined(__SANITIZE_THREAD__)
-#define CORNICE_CLONES __attribute__((target_clones("avx2", "default")))
+// AVX-512 has masks for loops that choose between values in every line.
+#define CORNICE_WIDE_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
 #else
-#define CORNICE_CLONES
+#define CORNICE_WIDE_CLONES
 #endif

@@ -25,8 +25,8 @@ constexpr double kTiny = 1e-300;
 
 }  // namespace
 
-CORNICE_CLONES std::uint32_t near_boxes(const BoxLanes& boxes, const float (&p)[3], float bound_sq,
-                                        float (&distance_sq)[kLanes]) {
+CORNICE_WIDE_CLONES std::uint32_t near_boxes(const BoxLanes& boxes, const float (&p)[3],
+                                             float bound_sq, float (&distance_sq)[kLanes]) {
   float square[kLanes];
   for (std::size_t k = 0; k < kLanes; ++k) {
     const float x = larger(larger(boxes.low[0][k] - p[0], p[0] - boxes.high[0][k]), 0.0f);
@@ -42,8 +42,9 @@ CORNICE_CLONES std::uint32_t near_boxes(const BoxLanes& boxes, const float (&p)[
   return mask;
 }
 
-CORNICE_CLONES std::uint32_t near_triangles(const TriangleLanes& triangles, const float (&p)[3],
-                                            double bound_sq, double (&distance_sq)[kLanes]) {
+CORNICE_WIDE_CLONES std::uint32_t near_triangles(const TriangleLanes& triangles,
+                                                 const float (&p)[3], double bound_sq,
+                                                 double (&distance_sq)[kLanes]) {
   const double at[3] = {static_cast<double>(p[0]), static_cast<double>(p[1]),
                         static_cast<double>(p[2])};
   // Apart, or the loop below takes eight at once for the floats' sake and runs out of registers.
