@@ -73,6 +73,24 @@ Mesh made_ground(std::size_t triangles, std::uint64_t seed) {
   return mesh;
 }
 
+/// Tiles as one mesh.
+Mesh read_tiles(const std::vector<std::filesystem::path>& tiles) {
+  Mesh all;
+  for (const std::filesystem::path& path : tiles) {
+    const Mesh tile = read_ply_mesh(path);
+    if (all.positions.empty()) all.origin = tile.origin;
+    const Vec3d shift = tile.origin - all.origin;
+    const auto first = static_cast<std::uint32_t>(all.positions.size());
+    for (const Vec3f& p : tile.positions) {
+      all.positions.push_back((p.cast<double>() + shift).cast<float>());
+    }
+    for (const Triangle& t : tile.triangles) {
+      all.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+    }
+  }
+  return all;
+}
+
 struct Node {
   std::size_t begin = 0, end = 0;  ///< of the triangles in their order
   int depth = 0;
@@ -353,7 +371,7 @@ class Hierarchy {
 };
 
 struct Own {
-  std::filesystem::path mesh;
+  std::vector<std::filesystem::path> meshes;
   std::string only;
 };
 
@@ -394,7 +412,7 @@ void measure_one(const Mesh& mesh, const Kind& kind, const std::filesystem::path
 void measure(const Options& options, const Own& own, Result& result) {
   const ScratchFolder folder("partition");
   const auto mesh_of = [&] {
-    if (!own.mesh.empty()) return read_ply_mesh(own.mesh);
+    if (!own.meshes.empty()) return read_tiles(own.meshes);
     return made_ground(options.quick ? 300'000 : 5'000'000, options.seed);
   };
   if (!own.only.empty()) {
@@ -404,12 +422,14 @@ void measure(const Options& options, const Own& own, Result& result) {
     return;
   }
   result.parameter("leaf_triangles", static_cast<std::int64_t>(kLeafTriangles));
-  result.parameter("mesh", own.mesh.empty() ? std::string("made") : own.mesh.filename().string());
+  result.parameter("mesh",
+                   own.meshes.empty() ? std::string("made") : own.meshes[0].filename().string());
   for (const Kind& kind : kKinds) {
     std::vector<std::string> words{own_folder() / "bench-partition", "--only", kind.name, "--seed",
                                    std::to_string(options.seed)};
     if (options.quick) words.push_back("--quick");
-    if (!own.mesh.empty()) words.insert(words.end(), {"--mesh", own.mesh.string()});
+    if (!own.meshes.empty()) words.push_back("--mesh");
+    for (const auto& mesh : own.meshes) words.push_back(mesh.string());
     const ProgramCost cost = run_program(words, folder / "log");
     std::ifstream log(folder / "log");
     for (std::string line; std::getline(log, line);) {
@@ -433,7 +453,7 @@ int main(int argc, char** argv) {
       "partition", "Ways to split space for a hierarchy: time, balance, disk and memory", argc,
       argv,
       [&](CLI::App& app) {
-        app.add_option("--mesh", own.mesh, "PLY mesh instead of a made one");
+        app.add_option("--mesh", own.meshes, "PLY meshes, tiles of one, instead of a made one");
         app.add_option("--only", own.only, "one way alone, its figures as lines")
             ->check(CLI::IsMember(names));
       },

@@ -35,6 +35,34 @@ struct CellHead {
   float error_m = 0, step_error_m = 0;
 };
 
+/// A SpoolPart as it is stored: without padding, whose bytes would be anything.
+struct PartRow {
+  CellKey key;
+  LatticePoint lowest, highest;
+  float error_m = 0, step_error_m = 0;
+  std::uint32_t triangles = 0, vertices = 0, parents = 0, part = 0;
+  std::uint64_t offset = 0, bytes = 0;
+};
+static_assert(sizeof(PartRow) == 80 && sizeof(SpoolCell) == 56 && sizeof(CellHead) == 56);
+
+PartRow row_of(const SpoolPart& part) {
+  const Node& n = part.node;
+  return {n.key,      n.lowest,  n.highest, n.error_m,   n.step_error_m, n.triangles,
+          n.vertices, n.parents, n.part,    part.offset, part.bytes};
+}
+
+SpoolPart part_of(const PartRow& row) {
+  SpoolPart part;
+  part.node.key = row.key;
+  part.node.part = static_cast<std::uint16_t>(row.part);
+  part.node.lowest = row.lowest, part.node.highest = row.highest;
+  part.node.error_m = row.error_m, part.node.step_error_m = row.step_error_m;
+  part.node.triangles = row.triangles;
+  part.node.vertices = row.vertices, part.node.parents = row.parents;
+  part.offset = row.offset, part.bytes = row.bytes;
+  return part;
+}
+
 /// Appends values and arrays as they lie in memory.
 class Bytes {
  public:
@@ -160,7 +188,7 @@ void SpoolWriter::add(const BuildCell& cell) {
   record.put(cell.sharers);
   record.put(cell.normal_sums);
   record.put(cell.triangles);
-  SpoolCell entry{cell.key, cell.error_m, 0, record.bytes.size(), head.triangles, head.vertices};
+  SpoolCell entry{cell.key, cell.error_m, 0, 0, record.bytes.size(), head.triangles, head.vertices};
   {
     const std::lock_guard lock(state_->mutex);
     entry.offset = std::exchange(state_->end, state_->end + record.bytes.size());
@@ -190,7 +218,7 @@ void SpoolWriter::commit(const std::vector<std::uint64_t>& numbers) {
   footer.put(std::uint64_t{numbers.size()});
   footer.put(std::vector<char>(s.text.begin(), s.text.end()));
   footer.put(s.cells);
-  footer.put(s.parts);
+  for (const SpoolPart& part : s.parts) footer.put(row_of(part));
   footer.put(numbers);
   Tail tail;
   tail.footer = s.end;
@@ -239,7 +267,9 @@ Spool::Spool(const std::filesystem::path& path) : state_(std::make_unique<State>
     taker.take(letters, text);
     s.text.assign(letters.begin(), letters.end());
     taker.take(s.cells, cells);
-    taker.take(s.parts, parts);
+    std::vector<PartRow> rows;
+    taker.take(rows, parts);
+    for (const PartRow& row : rows) s.parts.push_back(part_of(row));
     taker.take(s.numbers, numbers);
   } catch (...) {
     ::close(s.descriptor);

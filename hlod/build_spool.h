@@ -20,6 +20,7 @@ namespace cornice::hlod {
 struct SpoolCell {
   CellKey key;
   float error_m = 0;
+  std::uint32_t unused = 0;  ///< in place of padding, whose bytes would be anything
   std::uint64_t offset = 0, bytes = 0, triangles = 0, vertices = 0;
 };
 
