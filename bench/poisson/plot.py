@@ -35,10 +35,11 @@ def main():
         figures = json.load(file)["figures"]
     _, (seconds, memory, threads) = plt.subplots(1, 3, figsize=(12, 3.6), layout="tight")
     draw(seconds, figures, r"seconds_(\d+)([mk])_d11", "cornice, 0.5 m")
-    draw(seconds, figures, r"poissonrecon_seconds_(\d+)([mk])", "PoissonRecon, 0.5 m")
+    draw(seconds, figures, r"poissonrecon_seconds_(\d+)([mk])_d11", "PoissonRecon, 0.5 m")
     seconds.set(xlabel="million points", ylabel="seconds", yscale="log")
+    draw(seconds, figures, r"pcl_seconds_(\d+)([mk])_d11", "PCL, about 0.5 m")
     draw(memory, figures, r"gib_(\d+)([mk])_d11", "cornice, 0.5 m")
-    draw(memory, figures, r"poissonrecon_gib_(\d+)([mk])", "PoissonRecon, 0.5 m")
+    draw(memory, figures, r"poissonrecon_gib_(\d+)([mk])_d11", "PoissonRecon, 0.5 m")
     memory.set(xlabel="million points", ylabel="GiB at the peak")
     draw(threads, figures, r"seconds_\d+[mk]_t(\d+)()", "cornice, 0.5 m")
     threads.set(xlabel="threads", ylabel="seconds", ylim=(0, None))
