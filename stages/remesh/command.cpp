@@ -68,8 +68,7 @@ void report_figures(const Result& result, const Options& options, Report& report
   }
   if (f.dropped_triangles > 0) {
     report.warn(std::to_string(f.dropped_triangles) +
-                " triangles of the input name a vertex twice or repeat "
-                "another; they are dropped");
+                " triangles of the input name a vertex twice or repeat another; they are dropped");
   }
   if (f.hausdorff_m() > options.max_error_m) {
     report.warn("the result is up to " + metres(f.hausdorff_m()) +

@@ -7,17 +7,15 @@
 namespace cornice::remesh {
 namespace {
 
-/// Of a length's square in the cost: where everything is flat, short edges go
-/// first, which keeps triangles round.
+/// Of a length's square in the cost: where everything is flat, short edges go first, which keeps
+/// triangles round.
 constexpr float kShapeWeight = 1e-6f;
 /// Largest turn of a triangle's normal in one collapse, as a cosine.
 constexpr float kLeastTurnCosine = 0.5f;
-/// Twice the area over the longest side's square: below this a new triangle is
-/// a sliver.
+/// Twice the area over the longest side's square: below this a new triangle is a sliver.
 constexpr float kLeastShape = 0.08f;
 constexpr std::uint32_t kMostNeighbours = 14;
-/// Of the candidates of a round, the cheaper part is tried: the others may be
-/// cheaper later.
+/// Of the candidates of a round, the cheaper part is tried: the others may be cheaper later.
 constexpr double kTriedShare = 0.6;
 /// A round that removes less than this share of the vertices is the last.
 constexpr double kLeastProgress = 0.01;
@@ -41,8 +39,7 @@ struct Quadric {
     const Vec3f m = matrix_times(d);
     return dot(m, d) + 2.0f * (bx * d.x + by * d.y + bz * d.z) + c;
   }
-  /// Adds another whose vertex lies at -d of this one's, that is, this one's
-  /// lies at d of it.
+  /// Adds another whose vertex lies at -d of this one's, that is, this one's lies at d of it.
   void add_moved(const Quadric& o, Vec3f d) {
     const Vec3f m = o.matrix_times(d);
     c += o.at(d);
@@ -117,8 +114,7 @@ class Decimation {
     }
   }
 
-  /// The vertex that follows v in its triangle: round a closed ring, each
-  /// neighbour once.
+  /// The vertex that follows v in its triangle: round a closed ring, each neighbour once.
   std::uint32_t follower(std::uint32_t t, std::uint32_t v) const {
     const Triangle& c = triangles_[t];
     return c[0] == v ? c[1] : c[1] == v ? c[2] : c[0];
@@ -171,8 +167,8 @@ class Decimation {
     return collapsed;
   }
 
-  /// Dey et al. 1999: the ends share no neighbours but those opposite their
-  /// edge. Stricter where both may have triangles outside the patch.
+  /// Dey et al. 1999: the ends share no neighbours but those opposite their edge. Stricter where
+  /// both may have triangles outside the patch.
   bool keeps_topology(std::uint32_t from, std::uint32_t to) {
     const std::uint32_t mark = next_stamp();
     std::uint32_t neighbours = 0;
@@ -186,8 +182,7 @@ class Decimation {
       for (const std::uint32_t n : {follower(around_[i], to), leader(around_[i], to)}) {
         if (stamp_[n] != mark) continue;
         ++common;
-        stamp_[n] = mark - 1;  // counted; still told from those that are no
-                               // neighbours of `from`
+        stamp_[n] = mark - 1;  // counted; still told from those that are no neighbours of `from`
       }
     }
     if (common != 2 || neighbours + neighbours_of_to > kMostNeighbours + 4) return false;

@@ -9,11 +9,10 @@ namespace {
 
 /// New triangles are looked at in a lattice of at most so many steps a side.
 constexpr int kMostSteps = 64;
-/// Cosine between a new triangle's normal and the mean one from which on a
-/// change is looked at.
+/// Cosine between a new triangle's normal and the mean one from which on a change is looked at.
 constexpr float kBentCosine = 0.9f;
-/// Twice the area over the longest side's square, below which a triangle counts
-/// as having none: positions are floats, and a tile's height of 1e3 m leaves
+/// Twice the area over the longest side's square, below which a triangle counts as having none:
+/// positions are floats, and a tile's height of 1e3 m leaves
 /// 6e-5 m of them.
 constexpr float kNoShape = 1e-3f;
 

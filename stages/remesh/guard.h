@@ -1,22 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Keeps a patch within a distance of the input while it changes.
 //
-// Every vertex of the input that has left the surface hangs on a triangle that
-// is near it, its carrier. A change replaces some triangles by others round one
-// vertex:
+// Every vertex of the input that has left the surface hangs on a triangle that is near it, its
+// carrier. A change replaces some triangles by others round one vertex:
 //
 //        o-----o               o-----o
-//       / \ * / \             /  * ./ \       *: what the old triangles carry
-//       must find a new
-//      o---v---o     =>      o----w--- o      one within the bound, and places
-//      (.) of the new
-//       \ / \*/               \   /\* /       ones must find the input within
-//       it
+//       / \ * / \             /  * ./ \       *: what the old triangles carry must find a new
+//      o---v---o     =>      o----w--- o      one within the bound, and places (.) of the new
+//       \ / \*/               \   /\* /       ones must find the input within it
 //        o---o                 o----o
 //
-// So the bound holds from the first change to the last, and nothing but what
-// has changed is measured. Carried samples after Ciampalini, Cignoni, Montani,
-// Scopigno 1997, "Multiresolution decimation based on global error".
+// So the bound holds from the first change to the last, and nothing but what has changed is
+// measured. Carried samples after Ciampalini, Cignoni, Montani, Scopigno 1997, "Multiresolution
+// decimation based on global error".
 #pragma once
 
 #include <cstdint>
@@ -30,8 +26,8 @@ struct GuardLimits {
   float error_m = 0.04f;   ///< of both directions, at the places looked at
   float spacing_m = 0.5f;  ///< of the places looked at on new triangles, about
   float small_m = 0.0f;    ///< nothing is looked at on triangles with no longer side
-  float doubt_m = 0.0f;    ///< nor after a change from which nothing carried is
-                           ///< farther away, unless less than 0
+  float doubt_m = 0.0f;    ///< nor after a change from which nothing carried is farther away,
+                           ///< unless less than 0
 };
 
 class Guard {
@@ -42,33 +38,29 @@ class Guard {
   void resize(std::size_t count) { head_.resize(count, kEnd); }
   /// Hangs an input vertex that is `distance_sq` away onto a triangle.
   void add(std::uint32_t triangle, std::uint32_t input_vertex, float distance_sq);
-  /// What triangle `from` carries hangs on `to` from now on; `to` must carry
-  /// nothing.
+  /// What triangle `from` carries hangs on `to` from now on; `to` must carry nothing.
   void renumber(std::uint32_t from, std::uint32_t to);
 
   /// Another bound from now on.
   void bound_by(float error_m) { limits_.error_m = error_m; }
 
-  /// A change is described by begin(), then the triangles that go, the input
-  /// vertices that leave the surface with it, and the new triangles, each from
-  /// the same vertex on.
+  /// A change is described by begin(), then the triangles that go, the input vertices that leave
+  /// the surface with it, and the new triangles, each from the same vertex on.
   void begin();
   void take(std::uint32_t triangle) { old_.push_back(triangle); }
   void take_vertex(std::uint32_t input_vertex);
   void put(Vec3f centre, Vec3f b, Vec3f c);
   /// A place that one of the new triangles must come near, too.
   void reach(Vec3f place) { places_.push_back(place); }
-  /// Whether the change keeps the bound and makes no triangle without area.
-  /// `from`: an input triangle near the centre.
+  /// Whether the change keeps the bound and makes no triangle without area. `from`: an input
+  /// triangle near the centre.
   bool fits(std::uint32_t from);
-  /// As if it did: where the surface stays as it is. False where a triangle
-  /// would have no area.
+  /// As if it did: where the surface stays as it is. False where a triangle would have no area.
   bool fits_anyway();
   /// Carries the change out; fresh[i] is the number of the i-th new triangle.
   void commit(const std::vector<std::uint32_t>& fresh);
 
-  /// Calls visit(input vertex, squared distance) for all that a triangle
-  /// carries.
+  /// Calls visit(input vertex, squared distance) for all that a triangle carries.
   template <class Visit>
   void each(std::uint32_t triangle, Visit&& visit) const {
     for (std::uint32_t s = head_[triangle]; s != kEnd; s = next_[s]) visit(id_[s], distance_sq_[s]);
@@ -77,8 +69,8 @@ class Guard {
  private:
   static constexpr std::uint32_t kEnd = 0xffffffffu;
 
-  /// A new triangle, made ready: u and v of a place p are dot(p - a, to_u) and
-  /// dot(p - a, to_v), its height dot(p - a, normal).
+  /// A new triangle, made ready: u and v of a place p are dot(p - a, to_u) and dot(p - a, to_v),
+  /// its height dot(p - a, normal).
   struct Facet {
     Vec3f a, b, c, to_u, to_v, normal;
   };

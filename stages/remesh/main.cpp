@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// cornice-remesh: a dense mesh in, few well-shaped triangles within a distance
-// of it out.
+// cornice-remesh: a dense mesh in, few well-shaped triangles within a distance of it out.
 #include "core/base/error.h"
 #include "core/cli/stage.h"
 #include "core/io/ply.h"
@@ -36,9 +35,7 @@ int main(int argc, char** argv) {
   remesh::Command command;
   Stage stage;
   stage.name = "remesh";
-  stage.description =
-      "Turns a dense mesh into few, well-shaped triangles that "
-      "stay close to it";
+  stage.description = "Turns a dense mesh into few, well-shaped triangles that stay close to it";
   stage.options = remesh::describe(command);
   stage.examples = {"cornice-remesh trimmed.ply -o tile.ply",
                     "cornice-remesh trimmed.ply -o tile.ply --max-error 0.1 --max-edge 10"};

@@ -12,8 +12,7 @@ namespace {
 
 constexpr std::size_t kGrain = 8192;
 
-/// A place of the input that is farther than the bound from what its corners
-/// hang on.
+/// A place of the input that is farther than the bound from what its corners hang on.
 struct FarPlace {
   Vec3f at;
   std::uint32_t input_triangle;
@@ -42,8 +41,8 @@ struct Found {
   }
 };
 
-/// The triangles of the result that come within `reach` of the columns of side
-/// `cell` in which the places lie.
+/// The triangles of the result that come within `reach` of the columns of side `cell` in which the
+/// places lie.
 std::vector<std::uint32_t> triangles_near(const WorkMesh& mesh, const std::vector<FarPlace>& places,
                                           float cell, float reach) {
   const auto column = [&](float value) {
@@ -98,8 +97,7 @@ class Forth {
         found.add(mesh_.error[t] * mesh_.error[t], limits_.bound_m);
         continue;
       }
-      // What has been mended may lie nearer to another triangle than to the one
-      // it hangs on.
+      // What has been mended may lie nearer to another triangle than to the one it hangs on.
       for (std::uint32_t s = mesh_.sample_first[t]; s < mesh_.sample_first[t + 1]; ++s) {
         const std::uint32_t id = mesh_.samples[s];
         look(input_.positions()[id], input_.triangle_at(id), {t, t, t}, found);
@@ -191,8 +189,8 @@ class Forth {
   std::vector<std::uint32_t> carrier_;
 };
 
-/// From places of one triangle of the result to the input; on its sides only on
-/// those that run upwards in the numbers of vertices, or have a fixed end: such
+/// From places of one triangle of the result to the input; on its sides only on those that run
+/// upwards in the numbers of vertices, or have a fixed end: such
 /// a side may be an open one.
 void look_back(const WorkMesh& mesh, const Reference& input, const MeasureLimits& limits,
                std::uint32_t t, Found& found) {

@@ -10,8 +10,8 @@
 
 namespace cornice::remesh {
 
-/// A triangle of the result that leaves the bound, and a place of the input
-/// that it should go through.
+/// A triangle of the result that leaves the bound, and a place of the input that it should go
+/// through.
 struct Offence {
   std::uint32_t triangle;
   Vec3f through;
@@ -35,12 +35,11 @@ struct MeasureLimits {
   float spacing_m = 0.25f;  ///< of the places looked at on the result
 };
 
-/// Looks at the triangles whose byte in mesh.changed is not 0, and at the input
-/// near these. From the input: every vertex, and where the corners of a
-/// triangle hang on different triangles of the result, the middles of its sides
-/// and its own. (Where all three are near one triangle the whole triangle
-/// between them is, since the distance from a convex body is convex.) From the
-/// result: places about spacing_m apart on every triangle.
+/// Looks at the triangles whose byte in mesh.changed is not 0, and at the input near these.
+/// From the input: every vertex, and where the corners of a triangle hang on different triangles of
+/// the result, the middles of its sides and its own. (Where all three are near one triangle the
+/// whole triangle between them is, since the distance from a convex body is convex.)
+/// From the result: places about spacing_m apart on every triangle.
 Distances measure_distances(const WorkMesh& mesh, const Reference& input,
                             const MeasureLimits& limits, int threads);
 

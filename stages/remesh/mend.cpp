@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Local repair: of the few changes that are possible at a triangle that leaves
-// the bound, the first one that keeps it everywhere.
+// Local repair: of the few changes that are possible at a triangle that leaves the bound, the first
+// one that keeps it everywhere.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,14 +10,12 @@
 namespace cornice::remesh {
 namespace {
 
-/// Least distance of a new vertex from the opposite corners, over the length of
-/// the edge that is cut.
+/// Least distance of a new vertex from the opposite corners, over the length of the edge that is
+/// cut.
 constexpr float kLeastCut = 0.02f;
-/// Of an offence's distance: what a change must reach that does not keep the
-/// bound.
+/// Of an offence's distance: what a change must reach that does not keep the bound.
 constexpr float kNearer = 0.95f;
-/// Square of the bound's share up to which a place counts as one that a
-/// triangle should reach.
+/// Square of the bound's share up to which a place counts as one that a triangle should reach.
 constexpr float kAbout = 1.6f;
 
 class Mending {
@@ -54,8 +52,7 @@ class Mending {
     });
     guard_.bound_by(limits_.guard.error_m);
     if (try_all(sides, o)) return;
-    // Where several places of one fold offend, no change mends all: be it
-    // nearer at least.
+    // Where several places of one fold offend, no change mends all: be it nearer at least.
     const float nearer = kNearer * o.distance_m;
     guard_.bound_by(std::max(nearer, limits_.guard.error_m));
     if (nearer > limits_.guard.error_m && try_all(sides, o)) return;
@@ -128,8 +125,7 @@ class Mending {
       const NearestPoint near = input_.walk((a + b + c) * (1.0f / 3.0f), from, 0.0f);
       if (dot(normal, input_.tree().normal(near.triangle)) < limits_.least_facing) return false;
     }
-    // What has been mended once stays so: or else one change undoes the other
-    // without end.
+    // What has been mended once stays so: or else one change undoes the other without end.
     for (const Vec3f p : places_) {
       if (is_near_taken(p)) guard_.reach(p);
     }
@@ -238,8 +234,8 @@ class Mending {
     return true;
   }
 
-  /// Onto that place, or onto the input below itself or the middle of its
-  /// neighbours; or part of the way, where what hangs on its triangles is on
+  /// Onto that place, or onto the input below itself or the middle of its neighbours; or part of
+  /// the way, where what hangs on its triangles is on
   /// the other side.
   bool move(std::uint32_t v, const Offence& o) {
     const Vec3f from = mesh_.position(v);

@@ -73,8 +73,7 @@ Carriers carriers_of(const WorkMesh& mesh, const Patches& patches, std::size_t i
   return same;
 }
 
-/// Puts the triangles of all patches into the mesh, in the order of the
-/// patches; takes them.
+/// Puts the triangles of all patches into the mesh, in the order of the patches; takes them.
 void gather(std::vector<Carriers>& parts, WorkMesh& mesh) {
   std::size_t triangles = 0, samples = 0;
   for (const Carriers& part : parts) {
@@ -102,8 +101,7 @@ void gather(std::vector<Carriers>& parts, WorkMesh& mesh) {
   }
 }
 
-/// What became of one patch. Local vertices below `old.size()` are those of the
-/// whole mesh.
+/// What became of one patch. Local vertices below `old.size()` are those of the whole mesh.
 struct Relaxed {
   std::vector<std::uint32_t> old;
   std::vector<std::uint8_t> rim;  ///< of the old ones
@@ -144,8 +142,7 @@ Relaxed work_on_patch(const WorkMesh& mesh, const Patches& patches, std::size_t 
   return done;
 }
 
-/// Puts the vertices of a relaxed patch into the mesh; returns their numbers
-/// there.
+/// Puts the vertices of a relaxed patch into the mesh; returns their numbers there.
 std::vector<std::uint32_t> place_vertices(WorkMesh& mesh, const Relaxed& done) {
   std::vector<std::uint32_t> numbers = done.old;
   for (std::uint32_t v = 0; v < done.positions.size(); ++v) {
@@ -190,8 +187,7 @@ void decimate_pass(WorkMesh& mesh, const Reference& input, const PatchGrid& grid
 
 namespace {
 
-/// Lets `change` work on every chosen patch (empty: all) and puts what comes of
-/// it into the mesh.
+/// Lets `change` work on every chosen patch (empty: all) and puts what comes of it into the mesh.
 void change_patches(WorkMesh& mesh, const Reference& input, const Patches& patches,
                     const std::vector<std::uint8_t>& chosen, const GuardLimits& limits, int threads,
                     Progress& progress, const PatchWork& change) {

@@ -15,8 +15,7 @@ struct PatchGrid {
   double shift_y = 0.0;
 };
 
-/// Decimates every patch; vertices keep their numbers, which are those of the
-/// input.
+/// Decimates every patch; vertices keep their numbers, which are those of the input.
 void decimate_pass(WorkMesh& mesh, const Reference& input, const PatchGrid& grid,
                    const DecimateLimits& limits, int threads, Progress& progress);
 
@@ -24,9 +23,9 @@ void decimate_pass(WorkMesh& mesh, const Reference& input, const PatchGrid& grid
 void relax_pass(WorkMesh& mesh, const Reference& input, const PatchGrid& grid,
                 const RelaxLimits& limits, int threads, Progress& progress);
 
-/// Puts a vertex through the place of every offence, as far as it can.
-/// `offences` by triangle; places of the input in `places` that are near stay
-/// so. mesh.changed tells which triangles lie in the patches it has worked on.
+/// Puts a vertex through the place of every offence, as far as it can. `offences` by triangle;
+/// places of the input in `places` that are near stay so.
+/// mesh.changed tells which triangles lie in the patches it has worked on.
 void mend_pass(WorkMesh& mesh, const Reference& input, const PatchGrid& grid,
                const RelaxLimits& limits, const std::vector<Offence>& offences,
                const std::vector<Vec3f>& places, int threads);

@@ -48,8 +48,7 @@ void PatchMesh::announce(std::uint32_t t) {
 
 //        c                  c
 //      / | \              / | \        h: a to b, g: b to a
-//     a--|--b     =>     a--m--b       triangle of h keeps a, triangle of g
-//     keeps b
+//     a--|--b     =>     a--m--b       triangle of h keeps a, triangle of g keeps b
 //      \ | /              \ | /
 //        d                  d
 std::uint32_t PatchMesh::split(std::uint32_t h, Vec3f position) {
@@ -83,10 +82,9 @@ std::uint32_t PatchMesh::split(std::uint32_t h, Vec3f position) {
 }
 
 //        c                  c
-//       / \                /|\         t = (a, b, m), then (b, c, m) and (c, a,
-//       m)
-//      /   \      =>      / m \        .
-//     a-----b            a-----b
+//      /   \              / | \        t = (a, b, m), t1 = (b, c, m), t2 = (c, a, m)
+//     /     \     =>     / .m. \       .
+//    a-------b          a-------b
 std::uint32_t PatchMesh::insert(std::uint32_t t, Vec3f position) {
   const std::uint32_t a = corners_[3 * t], b = corners_[3 * t + 1], c = corners_[3 * t + 2];
   const std::uint32_t bc = twins_[3 * t + 1], ca = twins_[3 * t + 2];
@@ -164,8 +162,7 @@ bool PatchMesh::may_collapse(std::uint32_t h) const {
   if ((fixed_[c] == 0 && valence(c) < 4) || (fixed_[d] == 0 && valence(d) < 4)) return false;
   return each_neighbour(a, [&](std::uint32_t n) {
     if (n == b || n == c || n == d) return true;
-    // A third common neighbour, or a new edge between two that may have one
-    // elsewhere.
+    // A third common neighbour, or a new edge between two that may have one elsewhere.
     return !(fixed_[n] != 0 && fixed_[b] != 0) && !adjacent(n, b);
   });
 }

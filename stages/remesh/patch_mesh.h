@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Half-edges of one patch, on compact arrays: half-edge 3t + k of triangle t
-// starts at its corner k.
+// Half-edges of one patch, on compact arrays: half-edge 3t + k of triangle t starts at its corner
+// k.
 #pragma once
 
 #include <cstdint>
@@ -14,9 +14,8 @@ inline constexpr std::uint32_t kNone = kOpenEdge;
 /// Bit of a vertex's `fixed`: edges between two such vertices stay, too.
 inline constexpr std::uint8_t kFrozen = 2;
 
-/// Vertices and their connections. Vertices on the rim (an edge without twin)
-/// must be fixed; no operation joins two fixed vertices by a new edge, since
-/// outside the patch there may be one.
+/// Vertices and their connections. Vertices on the rim (an edge without twin) must be fixed; no
+/// operation joins two fixed vertices by a new edge, since outside the patch there may be one.
 class PatchMesh {
  public:
   /// Edges that are no manifold within the patch count as rim.
@@ -44,9 +43,8 @@ class PatchMesh {
   std::uint32_t end(std::uint32_t h) const { return corners_[next(h)]; }
   std::uint32_t opposite(std::uint32_t h) const { return corners_[previous(h)]; }
 
-  /// Calls visit(h) for every half-edge that leaves v, one a triangle; with v
-  /// on the rim from the rim's own on. Stops where visit returns false and
-  /// returns false then.
+  /// Calls visit(h) for every half-edge that leaves v, one a triangle; with v on the rim from the
+  /// rim's own on. Stops where visit returns false and returns false then.
   template <class Visit>
   bool each_out(std::uint32_t v, Visit&& visit) const {
     const std::uint32_t first = out_[v];
@@ -93,8 +91,7 @@ class PatchMesh {
   /// True where the edge has a twin and its turning keeps a manifold.
   bool may_flip(std::uint32_t h) const;
   void flip(std::uint32_t h);
-  /// True where start(h) can move onto end(h) and vanish, a manifold staying a
-  /// manifold.
+  /// True where start(h) can move onto end(h) and vanish, a manifold staying a manifold.
   bool may_collapse(std::uint32_t h) const;
   void collapse(std::uint32_t h);
 

@@ -13,8 +13,8 @@
 namespace cornice::remesh {
 namespace {
 
-/// Local number of each vertex of the whole mesh; kNoSource between uses. One
-/// for each thread at work.
+/// Local number of each vertex of the whole mesh; kNoSource between uses. One for each thread at
+/// work.
 class NumberPool {
  public:
   explicit NumberPool(std::size_t vertices) : vertices_(vertices) {}
@@ -36,9 +36,8 @@ class NumberPool {
   std::vector<std::unique_ptr<std::vector<std::uint32_t>>> free_;
 };
 
-/// Fixes the vertices whose triangles do not close a ring within the patch.
-/// Round a closed ring the vertices that follow are those that lead; sums of
-/// their hashes tell, without a sort.
+/// Fixes the vertices whose triangles do not close a ring within the patch. Round a closed ring the
+/// vertices that follow are those that lead; sums of their hashes tell, without a sort.
 void fix_rim(Patch& patch) {
   std::vector<std::uint64_t> balance(patch.vertices.size(), 0);
   for (const Triangle& t : patch.triangles) {
@@ -89,8 +88,7 @@ Patches cut_patches(const WorkMesh& mesh, double side_m, double shift_x, double 
   Patches patches;
   patches.first.assign(1, 0);
   if (mesh.triangles.empty()) return patches;
-  // By the first corner: where a triangle belongs matters little, that it is
-  // quick does.
+  // By the first corner: where a triangle belongs matters little, that it is quick does.
   const auto side = static_cast<float>(side_m);
   const float from_x = low_x - static_cast<float>((1.0 - shift_x) * side_m);
   const float from_y = low_y - static_cast<float>((1.0 - shift_y) * side_m);

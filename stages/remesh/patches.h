@@ -11,8 +11,8 @@
 
 namespace cornice::remesh {
 
-/// A mesh under work. Every vertex has a wanted edge length and the input
-/// triangle it was last seen near.
+/// A mesh under work. Every vertex has a wanted edge length and the input triangle it was last seen
+/// near.
 struct WorkMesh {
   std::vector<Vec3f> positions;
   std::vector<Triangle> triangles;
@@ -21,17 +21,15 @@ struct WorkMesh {
   std::vector<std::uint32_t>
       source;                       ///< input vertex that is this one, or kNoSource; empty at first
   std::vector<std::uint32_t> hint;  ///< input triangle; empty at first
-  /// Input vertices that hang on each triangle t (see guard.h):
-  /// samples[sample_first[t]] up to sample_first[t + 1]. Both empty: none on
-  /// any.
+  /// Input vertices that hang on each triangle t (see guard.h): samples[sample_first[t]] up to
+  /// sample_first[t + 1]. Both empty: none on any.
   std::vector<std::uint32_t> sample_first, samples;
   std::vector<float> error;           ///< largest distance of these, per triangle; empty at first
   std::vector<std::uint8_t> changed;  ///< by the last pass, per triangle; empty at first
 };
 inline constexpr std::uint32_t kNoSource = 0xffffffffu;
 
-/// Triangles by column of side_m, the grid of columns moved by `shift` of a
-/// side in x and y.
+/// Triangles by column of side_m, the grid of columns moved by `shift` of a side in x and y.
 struct Patches {
   std::vector<std::uint32_t> first;  ///< #patches + 1
   std::vector<std::uint32_t> triangles;
@@ -39,16 +37,16 @@ struct Patches {
 };
 Patches cut_patches(const WorkMesh& mesh, double side_m, double shift_x, double shift_y);
 
-/// One patch with vertices of its own: those numbered below `outer` must stay,
-/// because triangles of other patches may use them.
+/// One patch with vertices of its own: those numbered below `outer` must stay, because triangles of
+/// other patches may use them.
 struct Patch {
   std::vector<std::uint32_t> vertices;  ///< of the whole mesh
   std::vector<Triangle> triangles;      ///< of local vertices
   std::vector<std::uint8_t> fixed;      ///< per local vertex: fixed, or on the rim of the patch
 };
 
-/// Calls work(patch index, patch) for every patch whose byte in `chosen`
-/// (empty: all) is not 0, in parallel, each patch exactly once.
+/// Calls work(patch index, patch) for every patch whose byte in `chosen` (empty: all) is not 0, in
+/// parallel, each patch exactly once.
 void for_each_patch(const WorkMesh& mesh, const Patches& patches,
                     const std::vector<std::uint8_t>& chosen, int threads, Progress& progress,
                     const std::function<void(std::size_t index, Patch& patch)>& work);

@@ -9,9 +9,8 @@
 
 namespace cornice::remesh {
 
-/// Keeps references to the arrays it is made of. Thread contract: const members
-/// may be called from many threads. Memory: 12 bytes a triangle for the tree,
-/// 12 for the twins, 2 for the vertices.
+/// Keeps references to the arrays it is made of. Thread contract: const members may be called from
+/// many threads. Memory: 12 bytes a triangle for the tree, 12 for the twins, 2 for the vertices.
 class Reference {
  public:
   /// `twins` as match_half_edges() gives them for `triangles`.
@@ -26,13 +25,12 @@ class Reference {
   std::uint32_t triangle_at(std::uint32_t vertex) const { return at_[vertex]; }
   static constexpr std::uint32_t kNoTriangle = 0xffffffffu;
 
-  /// A place at p's side of the surface that no neighbour of its triangle comes
-  /// nearer to: steps from triangle to triangle, begun at `from`, until none is
-  /// nearer or one is near enough. Stays on the sheet where it starts; seldom
-  /// the nearest place where the surface is folded.
+  /// A place at p's side of the surface that no neighbour of its triangle comes nearer to: steps
+  /// from triangle to triangle, begun at `from`, until none is nearer or one is near enough. Stays
+  /// on the sheet where it starts; seldom the nearest place where the surface is folded.
   NearestPoint walk(Vec3f p, std::uint32_t from, float enough_sq) const;
-  /// A walk that stops where it is nearer than `enough_sq`, and a search where
-  /// it ends farther away than `search_sq`: then the nearest place of all.
+  /// A walk that stops where it is nearer than `enough_sq`, and a search where it ends farther away
+  /// than `search_sq`: then the nearest place of all.
   /// Without u and v where no search was needed.
   NearestPoint near(Vec3f p, std::uint32_t from, float enough_sq, float search_sq) const;
   /// Whether some place of the surface is that near.
@@ -40,11 +38,9 @@ class Reference {
 
  private:
   NearestPoint measure(Vec3f p, std::uint32_t triangle) const;
-  /// The squared distance of a triangle, or most_sq where it is farther than
-  /// that.
+  /// The squared distance of a triangle, or most_sq where it is farther than that.
   float distance_sq(Vec3f p, std::uint32_t triangle, float most_sq) const;
-  /// The triangle below or above p: each step leaves by the side that p lies
-  /// farthest beyond.
+  /// The triangle below or above p: each step leaves by the side that p lies farthest beyond.
   std::uint32_t stride(Vec3f p, std::uint32_t from) const;
   /// Where the walk ends, and how near that is.
   std::uint32_t step_down(Vec3f p, std::uint32_t from, float enough_sq, float& found_sq) const;

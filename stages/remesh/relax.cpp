@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Botsch, Kobbelt 2004, "A remeshing approach to multiresolution modeling";
-// sizes and weights after Dunyach, Vanderhaeghe, Barthe, Botsch 2013, "Adaptive
-// remeshing for real-time mesh deformation".
+// Botsch, Kobbelt 2004, "A remeshing approach to multiresolution modeling"; sizes and weights after
+// Dunyach, Vanderhaeghe, Barthe, Botsch 2013, "Adaptive remeshing for real-time mesh deformation".
 #include "stages/remesh/relax.h"
 
 #include <algorithm>
@@ -12,25 +11,22 @@ namespace {
 
 constexpr float kSplitAbove = 4.0f / 3.0f;
 constexpr float kCollapseBelow = 4.0f / 5.0f;
-/// Cosines of the largest turn of a normal when a vertex vanishes, moves, or an
-/// edge turns.
+/// Cosines of the largest turn of a normal when a vertex vanishes, moves, or an edge turns.
 constexpr float kCollapseTurn = 0.6f;
 constexpr float kMoveTurn = 0.6f;
 constexpr float kFlipTurn = 0.6f;
-/// Twice the area over the longest side's square: 0.866 for equal sides; about
-/// the sine of the smallest angle of thin triangles.
+/// Twice the area over the longest side's square: 0.866 for equal sides; about the sine of the
+/// smallest angle of thin triangles.
 constexpr float kLeastShape = 0.1f;
 constexpr int kSplitRounds = 4;
-/// Cosine between the normals of a vertex and of a triangle at it from which on
-/// it is not smoothed.
+/// Cosine between the normals of a vertex and of a triangle at it from which on it is not smoothed.
 constexpr float kSharp = 0.8f;
 /// Share of its edge by which a new vertex may move onto the input.
 constexpr float kSplitMove = 0.25f;
-/// Least distance of a new vertex from the opposite corners, over the length of
-/// the edge that is cut.
+/// Least distance of a new vertex from the opposite corners, over the length of the edge that is
+/// cut.
 constexpr float kLeastCut = 0.02f;
-/// Moves shorter than this share of the wanted length are not worth their
-/// checks.
+/// Moves shorter than this share of the wanted length are not worth their checks.
 constexpr float kLeastMove = 0.08f;
 /// Way towards the middle of the neighbours in one step.
 constexpr float kStep = 0.7f;
@@ -74,8 +70,8 @@ class Relaxation {
     return std::min(patch_.size[a], patch_.size[b]);
   }
 
-  /// A place on the input near p, on a side that faces along `normal`. False
-  /// where there is none within reach.
+  /// A place on the input near p, on a side that faces along `normal`. False where there is none
+  /// within reach.
   bool project(Vec3f p, Vec3f normal, std::uint32_t hint, Vec3f& on,
                std::uint32_t& triangle) const {
     const float reach_sq = limits_.reach_m * limits_.reach_m;
@@ -93,8 +89,8 @@ class Relaxation {
     return true;
   }
 
-  /// Longest first, and edges turned before new ones are cut: cutting whatever
-  /// comes next makes fans of thin triangles without end.
+  /// Longest first, and edges turned before new ones are cut: cutting whatever comes next makes
+  /// fans of thin triangles without end.
   void split_long() {
     struct Long {
       float excess;
@@ -137,8 +133,7 @@ class Relaxation {
       begin_split(h, at);
       if (!guard_.fits_anyway()) return;
     }
-    // Over a cap, whose third corner lies on the edge already, a cut would only
-    // double that corner.
+    // Over a cap, whose third corner lies on the edge already, a cut would only double that corner.
     const float nearest = std::min(norm(mesh_.position(c) - at), norm(mesh_.position(d) - at));
     if (nearest < kLeastCut * length(h)) return;
     carry_out_split(h, at, triangle);
@@ -154,8 +149,7 @@ class Relaxation {
     patch_.hint.push_back(triangle);
   }
 
-  /// Tells the guard of a split; the new triangles in the order of
-  /// PatchMesh::split().
+  /// Tells the guard of a split; the new triangles in the order of PatchMesh::split().
   void begin_split(std::uint32_t h, Vec3f at) {
     const std::uint32_t g = mesh_.twin(h);
     const Vec3f a = mesh_.position(mesh_.start(h)), b = mesh_.position(mesh_.end(h));
@@ -173,8 +167,7 @@ class Relaxation {
     return split_stays_upright(h, at, normal) && guard_.fits(triangle);
   }
 
-  /// Whether the new triangles keep about the normal of the old ones. Tells the
-  /// guard of them.
+  /// Whether the new triangles keep about the normal of the old ones. Tells the guard of them.
   bool split_stays_upright(std::uint32_t h, Vec3f at, Vec3f normal) {
     const std::uint32_t g = mesh_.twin(h);
     const Vec3f corners[4] = {mesh_.position(mesh_.start(h)), mesh_.position(mesh_.opposite(g)),
@@ -198,8 +191,8 @@ class Relaxation {
     }
   }
 
-  /// Whether the triangles round start(h) may end at end(h) instead: none too
-  /// long, too thin or turned, and the surface still near.
+  /// Whether the triangles round start(h) may end at end(h) instead: none too long, too thin or
+  /// turned, and the surface still near.
   bool collapse_keeps_surface(std::uint32_t h) {
     const std::uint32_t a = mesh_.start(h), b = mesh_.end(h);
     const Vec3f from = mesh_.position(a), to = mesh_.position(b);
@@ -231,8 +224,8 @@ class Relaxation {
       for (std::uint32_t h = 0; h < mesh_.half_edge_count(); ++h) {
         const std::uint32_t g = mesh_.alive(h) ? mesh_.twin(h) : kNone;
         if (g == kNone || g < h) continue;
-        if ((looked_at_[h / 3] | looked_at_[g / 3] | changed_[h / 3] | changed_[g / 3]) == 0)
-          continue;
+        const bool is_news = (looked_at_[h / 3] | looked_at_[g / 3]) != 0;
+        if (!is_news && (changed_[h / 3] | changed_[g / 3]) == 0) continue;
         if (!flip_helps(h) || !mesh_.may_flip(h) || !flip_fits(h)) continue;
         mesh_.flip(h);
         commit({h / 3, g / 3});
@@ -242,6 +235,7 @@ class Relaxation {
     }
   }
 
+  /// Carries out at the guard what the mesh has done.
   void commit(const std::vector<std::uint32_t>& fresh) {
     guard_.commit(fresh);
     changed_.resize(mesh_.triangle_count(), 1);
@@ -256,8 +250,7 @@ class Relaxation {
     const Vec3f ca = a - c, cb = b - c, da = a - d, db = b - d;
     const float sine_c = norm(cross(ca, cb)), sine_d = norm(cross(da, db));
     const float cosine_c = dot(ca, cb), cosine_d = dot(da, db);
-    // sin(c + d) < 0, by a margin that keeps rounding from turning an edge to
-    // and fro.
+    // sin(c + d) < 0, by a margin that keeps rounding from turning an edge to and fro.
     const float sum = sine_c * cosine_d + cosine_c * sine_d;
     if (!(sum < -1e-3f * std::sqrt(dot(ca, ca) * dot(cb, cb) * dot(da, da) * dot(db, db)))) {
       return false;
@@ -288,8 +281,7 @@ class Relaxation {
 
   void smooth(std::uint32_t v) {
     const Vec3f p = mesh_.position(v);
-    // Middle of the triangles' middles; small triangles where small ones are
-    // wanted weigh no less.
+    // Middle of the triangles' middles; small triangles where small ones are wanted weigh no less.
     Vec3f sum{}, normal{};
     float weights = 0.0f;
     mesh_.each_out(v, [&](std::uint32_t h) {
@@ -318,8 +310,7 @@ class Relaxation {
     patch_.hint[v] = triangle;
   }
 
-  /// On a crest or in a corner: once off it, a vertex would slide away freely,
-  /// step by step.
+  /// On a crest or in a corner: once off it, a vertex would slide away freely, step by step.
   bool is_sharp(std::uint32_t v, Vec3f normal) const {
     return !mesh_.each_out(v, [&](std::uint32_t h) {
       const Vec3f n = mesh_.normal2(v, mesh_.end(h), mesh_.opposite(h));
@@ -327,8 +318,7 @@ class Relaxation {
     });
   }
 
-  /// Whether the triangles round v stay upright and get no worse than they may
-  /// be. Tells the guard.
+  /// Whether the triangles round v stay upright and get no worse than they may be. Tells the guard.
   bool move_keeps_surface(std::uint32_t v, Vec3f from, Vec3f to) {
     float worst_before = 1.0f, worst_after = 1.0f;
     guard_.begin();

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// One pass of isotropic remeshing over one patch: split, collapse, flip,
-// smooth, project.
+// One pass of isotropic remeshing over one patch: split, collapse, flip, smooth, project.
 #pragma once
 
 #include <vector>
@@ -15,8 +14,7 @@ struct RelaxLimits {
   float reach_m = 1.0f;  ///< how far a vertex may be from the input it is put onto
   int rounds = 2;        ///< of flipping and smoothing
   GuardLimits guard;
-  /// Cosine between a triangle that mending makes and the input next to it, at
-  /// least: no folds.
+  /// Cosine between a triangle that mending makes and the input next to it, at least: no folds.
   float least_facing = 0.1f;
 };
 
@@ -28,17 +26,15 @@ struct RelaxPatch {
   Guard guard;                      ///< with what the triangles carry
 };
 
-/// Splits edges longer than 4/3 of the wanted length, collapses those shorter
-/// than 4/5 (Botsch, Kobbelt 2004), turns edges towards Delaunay, moves
-/// vertices along the surface towards the middle of their neighbours and puts
-/// them onto `input`; all of it as far as the guard lets it.
+/// Splits edges longer than 4/3 of the wanted length, collapses those shorter than 4/5 (Botsch,
+/// Kobbelt 2004), turns edges towards Delaunay, moves vertices along the surface towards the middle
+/// of their neighbours and puts them onto `input`; all of it as far as the guard lets it.
 void relax(RelaxPatch& patch, const Reference& input, const RelaxLimits& limits);
 
-/// At every triangle that leaves the bound: a cut through the place of the
-/// input that it should go through, a turned edge, a collapse or a move, the
-/// first that the guard lets pass; where none does a cut. `offences` name
-/// triangles of the patch; places of the input in `places` that are near it
-/// stay so.
+/// At every triangle that leaves the bound: a cut through the place of the input that it should go
+/// through, a turned edge, a collapse or a move, the first that the guard lets pass; where none
+/// does a cut that leaves the surface as it is. `offences` name triangles of the patch; places of
+/// the input in `places` that are near it stay so.
 void mend(RelaxPatch& patch, const Reference& input, const RelaxLimits& limits,
           const std::vector<Offence>& offences, const std::vector<Vec3f>& places);
 

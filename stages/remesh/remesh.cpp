@@ -17,20 +17,19 @@
 namespace cornice::remesh {
 namespace {
 
-/// Of the error bound: what decimation may use, as root mean square of plane
-/// distances and as distance.
+/// Of the error bound: what decimation may use, as root mean square of plane distances and as
+/// distance.
 constexpr double kQuadricShare = 0.5;
 constexpr float kDecimationShare = 0.6f;
-/// What anything may use at the places that are looked at while the mesh
-/// changes; the rest is for places between them.
+/// What anything may use at the places that are looked at while the mesh changes; the rest is for
+/// places between them.
 constexpr float kGuardShare = 0.78f;
 /// Distances below this share of the bound are not told apart.
 constexpr float kEnoughShare = 0.7f;
-/// Above this share places on other sheets are looked for, too.
-constexpr float kSearchShare = 0.87f;
-/// What is farther is repaired; the rest of the bound is for places between
-/// those looked at.
+/// What is farther is repaired; the rest of the bound is for places between those looked at.
 constexpr float kRepairShare = 0.87f;
+/// Places on other sheets are looked for before one counts as too far.
+constexpr float kSearchShare = kRepairShare;
 /// What repair may use: its places lie as close as those of the measurement.
 constexpr float kMendShare = 0.84f;
 /// What may be left where repair stands still.
@@ -39,24 +38,22 @@ constexpr int kMostRepairs = 24;
 constexpr int kMostIdle = 6;
 /// Beginnings anew with more of the input kept as it is.
 constexpr int kMostAttempts = 2;
-/// Places on new triangles lie so many spacings of the input apart while the
-/// mesh changes, and in the end.
+/// Places on new triangles lie so many spacings of the input apart while the mesh changes, and in
+/// the end.
 constexpr float kGuardSpacing = 1.2f;
 constexpr float kSmall = 1.5f;
 constexpr float kDoubt = 0.4f;
 constexpr float kFinalSpacing = 0.45f;
 /// Of that, where a first repair did not help.
 constexpr float kFineShare = 0.4f;
-/// Largest number of triangles of a patch to aim at: half-edges and boxes stay
-/// in the second-level cache.
+/// Largest number of triangles of a patch to aim at: half-edges and boxes stay in the second-level
+/// cache.
 constexpr double kPatchTriangles = 60000.0;
-/// Shifts of the grid of patches, pass by pass: rims of one pass lie inside
-/// patches of the next.
+/// Shifts of the grid of patches, pass by pass: rims of one pass lie inside patches of the next.
 constexpr double kShifts[][2] = {{0.0, 0.0},   {0.5, 0.5}, {0.25, 0.75}, {0.75, 0.25},
                                  {0.125, 0.4}, {0.6, 0.9}, {0.35, 0.1},  {0.9, 0.65}};
 
-/// The input without triangles that name a vertex twice or repeat another;
-/// `dropped` counts them.
+/// The input without triangles that name a vertex twice or repeat another; `dropped` counts them.
 std::vector<Triangle> sound_triangles(const std::vector<Triangle>& triangles,
                                       std::size_t vertex_count, int threads,
                                       std::vector<std::uint32_t>& twins, std::uint64_t& dropped) {
@@ -67,8 +64,7 @@ std::vector<Triangle> sound_triangles(const std::vector<Triangle>& triangles,
   for (std::uint32_t t = 0; t < sound.size(); ++t) {
     bool suspect = false;
     for (int k = 0; k < 3; ++k) suspect = suspect || twins[3 * t + k] == kNonManifoldEdge;
-    // Two triangles of the same three vertices and opposite sides match edge by
-    // edge.
+    // Two triangles of the same three vertices and opposite sides match edge by edge.
     for (int k = 0; k < 3; ++k) {
       const std::uint32_t twin = twins[3 * t + k];
       suspect = suspect || (twin < kNoTwin && twins[3 * t + (k + 1) % 3] / 3 == twin / 3);
@@ -234,7 +230,7 @@ class Remeshing {
   void relax_all(const Reference& reference) {
     progress_.begin("remesh", static_cast<std::uint64_t>(options_.passes));
     for (int pass = 0; pass < options_.passes; ++pass) {
-      adapt_sizes(work_, sizes_, 0.6f, pass + 1 < options_.passes ? 1.3f : 1.0f);
+      adapt_sizes(work_, sizes_, 0.6f, pass + 1 < options_.passes ? 1.6f : 1.0f);
       grade_sizes(work_, sizes_);
       relax_pass(work_, reference, grid(pass, 0.4 * mean_area()), relax_, options_.threads,
                  no_progress());
@@ -244,8 +240,7 @@ class Remeshing {
     progress_.end();
   }
 
-  /// Measures, and cuts what leaves the bound, while that helps. Returns what
-  /// is left.
+  /// Measures, and cuts what leaves the bound, while that helps. Returns what is left.
   std::vector<Offence> repair(const Reference& reference) {
     const MeasureLimits limits{kEnoughShare * sizes_.error_m, kSearchShare * sizes_.error_m,
                                kRepairShare * sizes_.error_m, kFinalSpacing * spacing_};
@@ -260,8 +255,7 @@ class Remeshing {
       figures_.input_to_result_m = static_cast<double>(std::max(kept, distances.input_to_result_m));
       figures_.result_to_input_m = static_cast<double>(std::max(kept, distances.result_to_input_m));
       const std::size_t count = distances.offences.size();
-      // Where a change has to stand by its neighbours it may take a round to
-      // come through.
+      // Where a change has to stand by its neighbours it may take a round to come through.
       idle = count < before ? 0 : idle + 1;
       if (count == 0 || round == kMostRepairs || idle == kMostIdle) {
         std::erase_if(distances.offences, [&](const Offence& o) {
@@ -292,8 +286,7 @@ class Remeshing {
     return limits;
   }
 
-  /// Marks the input round offences: vertices that hang on triangles next to
-  /// theirs.
+  /// Marks the input round offences: vertices that hang on triangles next to theirs.
   void freeze(const Reference& reference, const std::vector<Offence>& offences) {
     std::vector<std::uint8_t> near(work_.positions.size(), 0);
     for (const Offence& o : offences) {

@@ -7,15 +7,14 @@
 namespace cornice::remesh {
 namespace {
 
-/// Sweeps over all edges; one is enough but for the rare place where lengths
-/// fall against the order of the triangles.
+/// Sweeps over all edges; one is enough but for the rare place where lengths fall against the order
+/// of the triangles.
 constexpr int kGradingSweeps = 12;
-/// The error aimed at, as a share of the bound: leaves room for what the
-/// samples do not see and for what later operations add.
+/// The error aimed at, as a share of the bound: leaves room for what the samples do not see and for
+/// what later operations add.
 constexpr float kAimedShare = 0.8f;
 
-/// Longest that a wanted length may be at b, if it is `size` at a distance of
-/// d.
+/// Longest that a wanted length may be at b, if it is `size` at a distance of d.
 float graded(float size, float d, float grading) { return size + grading * d; }
 
 }  // namespace

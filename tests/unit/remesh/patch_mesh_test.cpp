@@ -56,13 +56,18 @@ TEST(PatchMesh, StaysAManifoldUnderAnyOrderOfOperations) {
       CounterRandom random(seed, 1, step);
       const auto h = static_cast<std::uint32_t>(random.bits() % mesh.half_edge_count());
       if (!mesh.alive(h)) continue;
-      switch (random.bits() % 3) {
+      switch (random.bits() % 4) {
         case 0:
           if (mesh.twin(h) != kNone) {
             mesh.split(h, (mesh.position(mesh.start(h)) + mesh.position(mesh.end(h))) * 0.5f);
           }
           break;
         case 1:
+          mesh.insert(h / 3, (mesh.position(mesh.start(h)) + mesh.position(mesh.end(h)) +
+                              mesh.position(mesh.opposite(h))) /
+                                 3.0f);
+          break;
+        case 2:
           if (mesh.may_flip(h)) mesh.flip(h);
           break;
         default:
