@@ -11,7 +11,6 @@ namespace {
 
 // What the program itself takes, its libraries, tables of cells and buffers of files.
 constexpr std::uint64_t kOwnBytes = std::uint64_t{128} << 20;
-constexpr std::uint64_t kLeastBytes = std::uint64_t{512} << 20;
 // Memory that was given back stays with the process for a while, in pieces that do not fit.
 constexpr double kUsableShare = 0.75;
 // Of one piece of a mesh, with all that sorting it into cells takes.
@@ -29,7 +28,7 @@ std::string gib(std::uint64_t bytes) {
 }  // namespace
 
 MemoryPlan plan_memory(std::uint64_t limit_bytes) {
-  if (limit_bytes < kLeastBytes) {
+  if (limit_bytes < kLeastMemory) {
     throw UsageError("--memory", "must be at least 0.5 GiB, but is " + gib(limit_bytes));
   }
   const auto usable =

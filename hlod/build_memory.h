@@ -14,6 +14,9 @@ namespace cornice::hlod {
 /// with some room.
 inline constexpr std::uint64_t kBytesInMemory = 150;
 
+/// The least limit that can be kept to.
+inline constexpr std::uint64_t kLeastMemory = std::uint64_t{512} << 20;
+
 /// Shares of one limit. Reading and simplifying do not happen at the same time.
 struct MemoryPlan {
   std::uint64_t vertex_bytes = 0;   ///< for the vertices of the mesh that is read
@@ -21,7 +24,7 @@ struct MemoryPlan {
   std::uint64_t work_bytes = 0;     ///< for the cells and blocks that are worked on at a time
 };
 
-/// Throws UsageError where the limit is below what any build needs (0.5 GiB).
+/// Throws UsageError where the limit is below kLeastMemory.
 MemoryPlan plan_memory(std::uint64_t limit_bytes);
 
 /// Lets threads wait until there is memory for what they are about to do. Safe to use from several

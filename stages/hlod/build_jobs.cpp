@@ -91,6 +91,12 @@ void report_levels(const std::vector<LevelCounts>& levels, Report& report) {
   report.quality("levels", rows);
 }
 
+/// Without --memory a machine, or a job of a cluster, that has little is tried all the same.
+MemoryPlan memory_plan(const StageContext& context) {
+  const std::uint64_t limit = context.memory.limit_bytes();
+  return plan_memory(context.options.memory_gib > 0 ? limit : std::max(limit, kLeastMemory));
+}
+
 /// Where cells on disk go.
 fs::path work_folder(const BuildCommand& command) {
   if (!command.work.empty()) return command.work;
@@ -323,7 +329,7 @@ std::vector<LevelCounts> levels_of_regions(const BuildCommand& command, const He
                                            const std::string& text, FileWriter& writer,
                                            StageContext& context) {
   const int threads = context.options.threads;
-  const MemoryPlan plan = plan_memory(context.memory.limit_bytes());
+  const MemoryPlan plan = memory_plan(context);
   std::uint64_t triangles = 0;
   std::optional<int> level;
   for (const auto& region : regions) {
@@ -398,7 +404,7 @@ void join_regions(const BuildCommand& command, StageContext& context) {
 
 void run_build_job(const BuildCommand& command, StageContext& context) {
   if (command.join) return join_regions(command, context);
-  const MemoryPlan plan = plan_memory(context.memory.limit_bytes());
+  const MemoryPlan plan = memory_plan(context);
   std::optional<BuildInput> input;
   context.report.step("read", [&] { input.emplace(command, plan, context); });
   Header header = plan_header(input->summary(), command.options);
