@@ -30,17 +30,6 @@ namespace {
 using namespace cornice;
 using namespace cornice::bench;
 
-/// Ridges and gullies down to boulders, in metres.
-double mountain(double x, double y, std::uint64_t seed) {
-  double z = 0.0, amplitude = 300.0, wavelength = 700.0;
-  for (std::uint64_t octave = 0; octave < 9; ++octave) {
-    z += amplitude * value_noise(x / wavelength, y / wavelength, seed + octave, 11);
-    amplitude *= 0.45;
-    wavelength /= 2.03;
-  }
-  return z;
-}
-
 /// A height field of 1 m steps with the normals of its surface, its corner far from the origin.
 Mesh make_grid(std::size_t triangles, std::uint64_t seed, int threads) {
   const auto side = static_cast<std::size_t>(std::sqrt(static_cast<double>(triangles) / 2.0)) + 1;

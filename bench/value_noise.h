@@ -24,4 +24,15 @@ inline double value_noise(double x, double y, std::uint64_t seed, std::uint64_t 
   return low + v * (high - low);
 }
 
+/// Ridges and gullies down to boulders, in metres.
+inline double mountain(double x, double y, std::uint64_t seed) {
+  double z = 0.0, amplitude = 300.0, wavelength = 700.0;
+  for (std::uint64_t octave = 0; octave < 9; ++octave) {
+    z += amplitude * value_noise(x / wavelength, y / wavelength, seed + octave, 11);
+    amplitude *= 0.45;
+    wavelength /= 2.03;
+  }
+  return z;
+}
+
 }  // namespace cornice::bench
