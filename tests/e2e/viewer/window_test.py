@@ -1,0 +1,284 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""cornice-viewer in a window on a display of its own (Xvfb), keys and mouse sent by xdotool; and
+what it says where it cannot open one.
+
+window_test.py PROGRAMS
+"""
+
+import contextlib
+import json
+import math
+import operator
+import os
+import shutil
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+import zlib
+
+PROGRAMS = ""
+# Nothing is judged by how long it takes; who waits longer than this waits for what never comes.
+PATIENCE_S = 120
+
+
+def run(*words, **more):
+    return subprocess.run(words, capture_output=True, text=True, check=False, timeout=PATIENCE_S,
+                          **more)
+
+
+def program(name):
+    return os.path.join(PROGRAMS, name)
+
+
+def until(question):
+    """Asks until the answer is something, and returns it."""
+    end = time.monotonic() + PATIENCE_S
+    while time.monotonic() < end:
+        if answer := question():
+            return answer
+        time.sleep(0.1)
+    raise TimeoutError(question)
+
+
+def write_hills(path):
+    """A PLY mesh of 200 m of hills."""
+    side = 101
+    vertices = b"".join(
+        struct.pack("<3f", 2.0 * column, 2.0 * row,
+                    20.0 * math.sin(0.05 * column) * math.cos(0.07 * row)
+                    + 2.0 * math.sin(0.9 * column))
+        for row in range(side) for column in range(side))
+    faces = b"".join(
+        struct.pack("<B3iB3i", 3, at, at + 1, at + side + 1, 3, at, at + side + 1, at + side)
+        for row in range(side - 1) for at in range(row * side, row * side + side - 1))
+    head = ("ply\nformat binary_little_endian 1.0\ncomment cornice origin 2600000 1200000 1500\n"
+            f"element vertex {side * side}\nproperty float x\nproperty float y\nproperty float z\n"
+            f"element face {2 * (side - 1) ** 2}\nproperty list uchar int vertex_indices\n"
+            "end_header\n")
+    with open(path, "wb") as file:
+        file.write(head.encode() + vertices + faces)
+
+
+def read_png(path):
+    """(width, height, bytes of a pixel, bytes without the filters' undoing) of a PNG."""
+    with open(path, "rb") as file:
+        data = file.read()
+    if data[:8] != b"\x89PNG\r\n\x1a\n" or data[-8:-4] != b"IEND":
+        raise ValueError(f"{path} is no whole PNG")
+    width, height, depth, kind = struct.unpack_from(">IIBB", data, 16)
+    packed, at = b"", 8
+    while at < len(data):
+        length, = struct.unpack_from(">I", data, at)
+        if data[at + 4:at + 8] == b"IDAT":
+            packed += data[at + 8:at + 8 + length]
+        at += length + 12
+    return width, height, depth // 8 * {2: 3, 6: 4}[kind], zlib.decompress(packed)
+
+
+class Display:
+    """An X server without a screen to look at."""
+
+    def __init__(self, folder):
+        self.frame = os.path.join(folder, "Xvfb_screen0")
+        reading, writing = os.pipe()
+        self.server = subprocess.Popen(
+            ["Xvfb", "-displayfd", str(writing), "-screen", "0", "900x700x24", "-fbdir", folder,
+             "-nolisten", "tcp", "-noreset"], pass_fds=[writing], stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL)
+        os.close(writing)
+        with os.fdopen(reading) as pipe:
+            number = pipe.readline().strip()
+        if not number:
+            raise RuntimeError("Xvfb does not start")
+        self.environment = dict(os.environ, DISPLAY=":" + number)
+        self.environment.pop("WAYLAND_DISPLAY", None)
+
+    def close(self):
+        self.server.terminate()
+        self.server.wait()
+
+    def do(self, *words):
+        return run("xdotool", *words, env=self.environment).stdout.strip()
+
+    def pixels(self):
+        """Of the whole screen, as XWD files have them: four bytes each, row by row."""
+        with open(self.frame, "rb") as file:
+            data = file.read()
+        header = struct.unpack_from(">25I", data)
+        width, height, line = header[4], header[5], header[12]
+        start = header[0] + 12 * header[19]
+        return b"".join(data[start + row * line:start + row * line + 4 * width]
+                        for row in range(height))
+
+
+def share_changed(before, after):
+    """Of the bytes of two screens, every 13th looked at, those that differ."""
+    before, after = before[::13], after[::13]
+    return sum(map(operator.ne, before, after)) / len(before)
+
+
+class Base(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.mkdtemp()
+        cls.addClassCleanup(shutil.rmtree, cls.folder)
+        write_hills(os.path.join(cls.folder, "hills.ply"))
+        cls.file = os.path.join(cls.folder, "hills.hlod")
+        built = run(program("cornice-hlod"), "build", os.path.join(cls.folder, "hills.ply"), "-o",
+                    cls.file, "--triangles-per-cell", "2000", "--no-progress")
+        if built.returncode != 0:
+            raise RuntimeError(built.stderr)
+
+
+@unittest.skipUnless(shutil.which("Xvfb") and shutil.which("xdotool"),
+                     "Xvfb or xdotool is not installed: scripts/setup does that")
+class Window(Base):
+    """One window for each test."""
+
+    def setUp(self):
+        self.place = tempfile.mkdtemp()
+        self.addCleanup(shutil.rmtree, self.place)
+        self.display = Display(self.place)
+        self.addCleanup(self.display.close)
+        home = dict(self.display.environment, HOME=self.place, XDG_CONFIG_HOME=self.place,
+                    LIBGL_ALWAYS_SOFTWARE="1")
+        self.viewer = subprocess.Popen(
+            [program("cornice-viewer"), self.file, "--size", "640x480", "--samples", "1"],
+            cwd=self.place, env=home, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(self.end)
+        self.window = until(self.find).split()[0]
+        self.display.do("windowfocus", self.window)
+        self.display.do("mousemove", "--window", self.window, "320", "300")
+        self.pictures = 0
+
+    def find(self):
+        self.assertIsNone(self.viewer.poll(), "the viewer has ended")
+        return self.display.do("search", "--onlyvisible", "--name", "Cornice")
+
+    def end(self):
+        if self.viewer.poll() is None:
+            self.viewer.kill()
+        self.viewer.wait()
+        self.viewer.stderr.close()
+
+    def names(self, ending):
+        return sorted(name for name in os.listdir(self.place)
+                      if name.startswith("cornice-2") and name.endswith(ending))
+
+    def take_picture(self):
+        """(path of the picture, camera) that F12 writes."""
+        for name in self.names(".png") + self.names(".json"):
+            os.remove(os.path.join(self.place, name))
+        self.display.do("key", "F12")
+        camera = os.path.join(self.place, until(lambda: self.names(".json"))[0])
+
+        def whole():
+            with contextlib.suppress(ValueError), open(camera, encoding="utf-8") as file:
+                return json.load(file)
+            return None
+        found = until(whole)
+        return os.path.join(self.place, self.names(".png")[0]), found
+
+    def settled_screen(self):
+        """The screen when two looks at it are alike."""
+        seen = [b"", self.display.pixels()]
+
+        def look():
+            seen.append(self.display.pixels())
+            return share_changed(seen[-2], seen[-1]) < 1e-3
+        until(look)
+        return seen[-1]
+
+    def test_f12_writes_what_is_seen_with_its_camera(self):
+        path, camera = self.take_picture()
+        width, height, step, rows = read_png(path)
+        self.assertEqual((width, height), (640, 480))
+        self.assertEqual(len(rows), height * (1 + step * width))
+        self.assertGreater(len(set(rows)), 50, "the picture is of one colour")
+        self.assertEqual(len(camera["eye"]), 3)
+        self.assertTrue(all(math.isfinite(value) for value in camera["eye"]))
+        self.assertAlmostEqual(camera["eye"][0], 2600100, delta=1000)
+
+    def test_keys_fly_and_a_drag_turns(self):
+        _, first = self.take_picture()
+
+        def moved():
+            self.display.do("key", "w")
+            eye = self.take_picture()[1]["eye"]
+            return math.dist(eye, first["eye"]) > 1e-3
+        until(moved)
+        _, before = self.take_picture()
+        # Over the ground, so that the view turns around it.
+        self.display.do("mousemove", "--window", self.window, "320", "300", "mousedown", "1")
+        at = [320]
+
+        def turned():
+            at[0] = 320 if at[0] > 500 else at[0] + 40
+            self.display.do("mousemove", "--window", self.window, str(at[0]), "300")
+            heading = self.take_picture()[1]["heading_deg"]
+            return abs(heading - before["heading_deg"]) > 1.0
+        until(turned)
+        self.display.do("mouseup", "1")
+
+    def test_f1_shows_help_and_n_other_colours(self):
+        self.take_picture()
+        for key in ("F1", "F1", "n"):
+            before = self.settled_screen()
+            self.display.do("key", key)
+            until(lambda: share_changed(before, self.display.pixels()) > 0.03)
+
+    def test_a_signal_ends_it(self):
+        self.viewer.send_signal(signal.SIGTERM)
+        self.assertEqual(self.viewer.wait(PATIENCE_S), 128 + signal.SIGTERM)
+
+
+class Refusals(Base):
+    """One line for what cannot be."""
+
+    def expect(self, result, code, *parts):
+        self.assertEqual(result.returncode, code, result.stderr)
+        self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
+        for part in parts:
+            self.assertIn(part, result.stderr)
+
+    def test_without_a_display_headless_is_named(self):
+        environment = {key: value for key, value in os.environ.items()
+                       if key not in ("DISPLAY", "WAYLAND_DISPLAY")}
+        self.expect(run(program("cornice-viewer"), self.file, env=environment), 1, "display",
+                    "--headless")
+
+    def test_an_older_opengl_is_named(self):
+        environment = dict(os.environ, MESA_GL_VERSION_OVERRIDE="3.3", LIBGL_ALWAYS_SOFTWARE="1")
+        self.expect(run(program("cornice-viewer"), self.file, "--headless", "-o",
+                        os.path.join(self.folder, "x.png"), "--no-progress", env=environment), 1,
+                    "OpenGL", "4.5")
+
+    @unittest.skipUnless(shutil.which("Xvfb"), "Xvfb is not installed: scripts/setup does that")
+    def test_an_older_opengl_is_named_for_a_window_too(self):
+        with tempfile.TemporaryDirectory() as place, \
+                contextlib.closing(Display(place)) as display:
+            environment = dict(display.environment, MESA_GL_VERSION_OVERRIDE="3.3",
+                               LIBGL_ALWAYS_SOFTWARE="1")
+            self.expect(run(program("cornice-viewer"), self.file, env=environment), 1, "OpenGL 4.5",
+                        "--headless")
+
+    def test_a_file_of_a_newer_version_is_named(self):
+        newer = os.path.join(self.folder, "newer.hlod")
+        with open(self.file, "rb") as file:
+            data = bytearray(file.read())
+        data[8] = 99
+        with open(newer, "wb") as file:
+            file.write(data)
+        self.expect(run(program("cornice-viewer"), newer, "--headless", "-o",
+                        os.path.join(self.folder, "x.png"), "--no-progress"), 3, "newer.hlod",
+                    "version")
+
+
+if __name__ == "__main__":
+    PROGRAMS = os.path.abspath(sys.argv.pop(1))
+    unittest.main()
