@@ -32,7 +32,7 @@ struct Settings {
   double noise_m = 0.03;
   double step_m = 0.5;
   double weld = ExtractOptions{}.weld;
-  std::filesystem::path meshes;
+  std::filesystem::path meshes, poissonrecon;
 };
 
 /// The mesh of a ground in one piece.
@@ -73,6 +73,20 @@ void report(const std::string& name, const Accuracy& a, Result& result) {
   result.figure("overhang_area_m2_" + name, a.overhang_area_m2);
 }
 
+/// What PoissonRecon makes of the same points, at the same width of the finest cells.
+Mesh poissonrecon_mesh(const Ground& ground, const Settings& settings,
+                       const std::filesystem::path& folder) {
+  std::filesystem::create_directories(folder);
+  const std::filesystem::path in = folder / "points.ply", out = folder / "mesh.ply";
+  write_ply(in, ground.points);
+  run_program({settings.poissonrecon, "--in", in, "--out", out, "--width",
+               std::to_string(settings.step_m), "--pointWeight", "4"},
+              folder / "poissonrecon.log");
+  Mesh mesh = read_ply_mesh(out);
+  mesh.origin = ground.points.origin;
+  return mesh;
+}
+
 /// The worst of all scenes counts.
 void take_worst(Accuracy& worst, const Accuracy& a) {
   worst.rms = std::max(worst.rms, a.rms);
@@ -103,6 +117,10 @@ void measure(Settings settings, const Options& options, Result& result) {
     const Accuracy dem = judge.judge(dem_mesh(ground, settings.step_m));
     report(scene, ours, result);
     report("dem_" + scene, dem, result);
+    if (!settings.poissonrecon.empty()) {
+      const Mesh theirs = poissonrecon_mesh(ground, settings, work / "poissonrecon");
+      report("poissonrecon_" + scene, judge.judge(theirs), result);
+    }
     take_worst(worst, ours);
     take_worst(worst_dem, dem);
   }
@@ -133,6 +151,8 @@ int main(int argc, char** argv) {
         app.add_option("--step-m", settings.step_m, "lattice step");
         app.add_option("--weld", settings.weld, "of the extraction");
         app.add_option("--meshes", settings.meshes, "folder for the meshes");
+        app.add_option("--peer-poissonrecon", settings.poissonrecon, "the program")
+            ->check(CLI::ExistingFile);
       },
       [&](const Options& options, Result& result) { measure(settings, options, result); });
 }
