@@ -137,7 +137,8 @@ std::vector<Measured> measure_samples(const Surface& from, const DistanceField& 
   std::vector<std::vector<Measured>> chunks((elements + kGrain - 1) / kGrain);
   const auto max_m = static_cast<float>(max_distance_m);
   parallel_for(elements, kGrain, threads, [&](std::size_t begin, std::size_t end) {
-    const auto [samples, element] = wanted_samples(from, begin, end, spacing_m, seed, wanted);
+    const Samples made = wanted_samples(from, begin, end, spacing_m, seed, wanted);
+    const std::vector<Sample>& samples = made.samples;
     std::vector<Vec3f> places;
     places.reserve(samples.size());
     for (const Sample& sample : samples) places.push_back(sample.position);
@@ -148,7 +149,7 @@ std::vector<Measured> measure_samples(const Surface& from, const DistanceField& 
       const Vec3f normal =
           is_cloud && foot.found() ? field.normal(foot.triangle) : samples[i].normal;
       const bool hangs =
-          is_cloud ? normal.z < 0.0f : !overhang.empty() && overhang[element[i]] != 0;
+          is_cloud ? normal.z < 0.0f : !overhang.empty() && overhang[made.elements[i]] != 0;
       measured[i] = {usable(foot), place_of(normal, samples[i].curvature_per_m, hangs)};
     });
   });
