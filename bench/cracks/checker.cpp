@@ -249,17 +249,49 @@ void CrackChecker::add_cell(std::uint32_t c, Drawn& drawn) {
   }
 }
 
+/// What a vertex of the finest level has become at another; kNone where no cell has it.
+std::uint32_t CrackChecker::ancestor(std::uint32_t vertex, int level) const {
+  for (int l = tree_.metric.finest_level; l > level && vertex != kNone; --l) {
+    vertex = levels_[static_cast<std::size_t>(l)].parents[vertex];
+  }
+  const bool has_parent =
+      level == 0 ||
+      (vertex != kNone && levels_[static_cast<std::size_t>(level)].parents[vertex] != kNone);
+  return has_parent ? vertex : kNone;
+}
+
+/// The cells that stand for the surface now: those of the selection, and those of which nothing is
+/// left at their level, which a selection leaves out.
+void CrackChecker::mark_drawn(const Radii& radii) {
+  std::size_t with_triangles = 0;
+  std::vector<std::uint32_t> stack(tree_.level(0).size());
+  for (std::uint32_t c = 0; c < stack.size(); ++c) stack[c] = c;
+  while (!stack.empty()) {
+    const std::uint32_t c = stack.back();
+    stack.pop_back();
+    const TreeCell& cell = tree_.cells[c];
+    const std::int64_t radius = radii.of[static_cast<std::size_t>(cell.key.level)];
+    if (cell.children == 0 || cell_distance(tree_, cell, eye_) >= radius) {
+      drawn_check_[c] = check_;
+      with_triangles += cell.parts > 0;
+      continue;
+    }
+    for (std::uint32_t n = 0; n < cell.children; ++n) stack.push_back(cell.first_child + n);
+  }
+  const bool is_same = with_triangles == selection_.cells.size() &&
+                       std::all_of(selection_.cells.begin(), selection_.cells.end(),
+                                   [&](std::uint32_t c) { return drawn_check_[c] == check_; });
+  if (!is_same) throw RunError("", "the selection is not what the rule says");
+}
+
 void CrackChecker::add_border() {
   for (const BorderEdge& edge : border_) {
     const std::uint32_t cell = drawn_ancestor(edge.cell);
-    // Where nothing is drawn at all its border is not there either.
     if (cell == kNone) continue;
     const int level = tree_.cells[cell].key.level;
-    std::uint32_t from = edge.from, to = edge.to;
-    for (int l = tree_.metric.finest_level; l > level; --l) {
-      from = levels_[static_cast<std::size_t>(l)].parents[from];
-      to = levels_[static_cast<std::size_t>(l)].parents[to];
-    }
+    const std::uint32_t from = ancestor(edge.from, level), to = ancestor(edge.to, level);
+    // Nothing is left of that part of the surface: its border runs forth and back.
+    if (from == kNone || to == kNone) continue;
     const std::uint32_t a = place(level, from), b = place(level, to);
     if (a != b) add_edge(a, b, -edge.times);
   }
@@ -279,7 +311,7 @@ Drawn CrackChecker::check(FinePoint eye, const Radii& radii) {
   edge_count_ = 0;
   select(tree_, radii, eye, {}, selection_);
   Drawn drawn;
-  for (const std::uint32_t c : selection_.cells) drawn_check_[c] = check_;
+  mark_drawn(radii);
   for (const std::uint32_t c : selection_.cells) add_cell(c, drawn);
   add_border();
   for (const Edge& edge : edges_) {
@@ -303,11 +335,9 @@ const std::vector<FinePoint>& CrackChecker::finest_vertices() {
       finest_[v] = {};
       continue;
     }
-    std::uint32_t at = v;
-    for (int l = tree_.metric.finest_level; l > tree_.cells[cell].key.level; --l) {
-      at = levels_[static_cast<std::size_t>(l)].parents[at];
-    }
-    finest_[v] = places_[place(tree_.cells[cell].key.level, at)];
+    const int level = tree_.cells[cell].key.level;
+    const std::uint32_t at = ancestor(v, level);
+    finest_[v] = at == kNone ? FinePoint{} : places_[place(level, at)];
   }
   return finest_;
 }

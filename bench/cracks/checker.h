@@ -79,7 +79,9 @@ class CrackChecker {
   std::uint32_t place_number(hlod::FinePoint p);
   void add_edge(std::uint32_t from, std::uint32_t to, std::int32_t times);
   void add_cell(std::uint32_t cell, Drawn& drawn);
+  void mark_drawn(const hlod::Radii& radii);
   void add_border();
+  std::uint32_t ancestor(std::uint32_t vertex, int level) const;
   std::uint32_t drawn_ancestor(std::uint32_t cell) const;
 
   const Hierarchy& hierarchy_;
@@ -98,7 +100,7 @@ class CrackChecker {
   std::int32_t slab_ = 0;
   std::vector<hlod::MorphBand> bands_;
   hlod::Selection selection_;
-  std::vector<std::uint32_t> drawn_check_;  ///< per cell: the last check that drew it
+  std::vector<std::uint32_t> drawn_check_;  ///< per cell: the last check in which it was drawn
   std::vector<hlod::FinePoint> places_;
   std::vector<std::uint32_t> place_table_;
   std::vector<Edge> edges_;

@@ -81,6 +81,31 @@ TEST(Cracks, NoneForRandomEyesAndAnyRadiiThatObeyTheRule) {
   }
 }
 
+// Of a strip of triangles just beyond a plane between cells nothing is left at the next level, but
+// its cell is drawn there all the same: the border that it had is that of its neighbours now.
+TEST(Cracks, NoneWhereCellsAtTheRimBecomeEmpty) {
+  std::uint64_t empty = 0;
+  for (const Partition partition : {Partition::kQuadtree, Partition::kOctree}) {
+    for (int cells = 78; cells < 94; ++cells) {
+      test::ClusterOptions options;
+      options.partition = partition;
+      const Mesh mesh = test::height_mesh(0.0, 0.0, cells, 0.8, [](double x, double y) {
+        return 20.0 + 3.0 * std::sin(0.2 * x) + std::sin(0.3 * y);
+      });
+      const Hierarchy hierarchy = test::cluster_hierarchy(mesh, options);
+      CrackChecker checker(hierarchy);
+      for (const TreeCell& cell : checker.tree().cells) empty += cell.parts == 0;
+      for (std::uint64_t i = 0; i < 20; ++i) {
+        CounterRandom random(4, 5, i);
+        const FinePoint eye = random_eye(checker.tree(), random);
+        const Drawn drawn = checker.check(eye, random_radii(checker.tree().metric, random));
+        ASSERT_EQ(drawn.open_edges + drawn.level_jumps, 0u) << cells << " cells, eye " << i;
+      }
+    }
+  }
+  EXPECT_GT(empty, 0u);
+}
+
 TEST(Cracks, NoneWhileAnythingIsMissing) {
   for (const Case& c : cases()) {
     const Hierarchy hierarchy = test::cluster_hierarchy(c.mesh, c.options);
