@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "stages/normals/clones.h"
+#include "core/base/clones.h"
 
 namespace cornice::normals {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <cstring>
 
-#include "stages/normals/clones.h"
+#include "core/base/clones.h"
 
 namespace cornice::normals {
 namespace {

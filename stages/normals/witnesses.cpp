@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "stages/normals/clones.h"
+#include "core/base/clones.h"
 
 namespace cornice::normals {
 namespace {

@@ -5,9 +5,9 @@
 #include <array>
 #include <vector>
 
+#include "core/base/clones.h"
 #include "core/base/parallel.h"
 #include "stages/poisson/equations.h"
-#include "stages/poisson/vector_clones.h"
 
 namespace cornice::poisson {
 namespace {
@@ -94,7 +94,7 @@ void to_details(Grid& grid, int threads) {
 }
 
 /// Stiffness applied to the details around a brick.
-CORNICE_VECTOR_CLONES
+CORNICE_CLONES
 void add_stiffness(Halo& details, Nodes& nodes) {
   for (int z = 0; z <= kBrickSide; z += 2) {
     for (int y = 0; y <= kBrickSide; y += 2) {
@@ -115,7 +115,7 @@ using CoarseNodes = std::array<float, kHalf * kHalf * kHalf>;
 
 /// Half the sums over a fine brick's nodes with the weights (1, 2, 1) / 2 on each axis: its part in
 /// the coarse nodes it reaches. As in constraints.cpp.
-CORNICE_VECTOR_CLONES
+CORNICE_CLONES
 void restrict_brick(const Nodes& fine, CoarseNodes& coarse) {
   std::array<float, kHalf * kBrickSide * kBrickSide> x{};
   for (int r = 0; r < kBrickRows; ++r) {

@@ -10,8 +10,8 @@
 #include <cmath>
 #include <memory>
 
+#include "core/base/clones.h"
 #include "core/base/parallel.h"
-#include "stages/poisson/vector_clones.h"
 
 namespace cornice::poisson {
 namespace {
@@ -67,7 +67,7 @@ using Row = std::array<float, kBrickSide>;
 
 /// Adds the divergence at the brick's own nodes. Along the axis of the derivative the integrals of
 /// B'_i B_j are (1/2, 0, -1/2), along the others those of B_i B_j are (1, 4, 1) / 6.
-CORNICE_VECTOR_CLONES
+CORNICE_CLONES
 void add_divergence(const Vectors& v, float* constraints) {
   constexpr float side = 1.0f / 6.0f, middle = 4.0f / 6.0f;
   std::array<std::array<Row, kSide>, kSide> dx, my, mz;  // [z][y][x]
@@ -150,7 +150,7 @@ constexpr int kFine = 2 * kBrickSide + 1;  ///< fine nodes 16b - 1 .. 16b + 15
 using FineWindow = std::array<float, kFine * kFine * kFine>;
 
 /// Adds half of the fine nodes' sums with the weights (1, 2, 1) / 2 on each axis.
-CORNICE_VECTOR_CLONES
+CORNICE_CLONES
 void add_coarse(const FineWindow& fine, float* constraints) {
   constexpr int kRows = kFine * kFine;
   std::array<float, kRows * kBrickSide> x;

@@ -10,9 +10,9 @@
 #include <cstring>
 #include <span>
 
+#include "core/base/clones.h"
 #include "core/base/parallel.h"
 #include "stages/poisson/equations.h"
-#include "stages/poisson/vector_clones.h"
 
 namespace cornice::poisson {
 namespace {
@@ -55,7 +55,7 @@ inline void relax_row(float* own, const float* constraint, int y, int z, std::ui
 
 /// Rows in four colours by the parities of y and z, to and fro. Rows of one colour do not see each
 /// other, so the processor need not wait for one before it starts the next.
-CORNICE_VECTOR_CLONES
+CORNICE_CLONES
 void relax_brick(Halo& halo, const Equations& equations, Pull& pull) {
   pull.start(halo, equations);
   constexpr std::array<int, 7> order{0, 1, 2, 3, 2, 1, 0};
@@ -71,7 +71,7 @@ void relax_brick(Halo& halo, const Equations& equations, Pull& pull) {
   }
 }
 
-CORNICE_VECTOR_CLONES
+CORNICE_CLONES
 void brick_residual(const Halo& halo, const Equations& equations, Pull& pull, double& left,
                     double& zero) {
   pull.start(halo, equations);
