@@ -108,7 +108,7 @@ def mesh_pictures(plan):
     """(name, caption, words of cornice-picture)"""
     if not records.has_succeeded(plan, "stitch", records.SURVEY):
         return []
-    everything = stages.meshes(plan)
+    everything = stages.meshes_in(stages.mesh_folder(plan))
     meshes = everything[:MOST_MESHES_DRAWN]
     if not meshes:
         return []

@@ -232,6 +232,8 @@ def run(arguments):
     say(f"report: {page}")
     for name, result in (("stitch", f"mesh: {stages.mesh_folder(plan)}"),
                          ("hlod", f"hierarchy: {stages.hierarchy_path(plan)}"),
+                         ("dem_hlod", "hierarchy of the elevation model: "
+                                      f"{stages.dem_hierarchy_path(plan)}"),
                          ("compare", f"comparison: {stages.comparison_folder(plan)}/index.html")):
         if (name, records.SURVEY) in stages.jobs(plan) and records.has_succeeded(
                 plan, name, records.SURVEY):

@@ -122,6 +122,10 @@ def dem_folder(plan):
     return path(plan, "dem")
 
 
+def dem_hierarchy_path(plan):
+    return path(plan, "dem.hlod")
+
+
 def comparison_folder(plan):
     return path(plan, "compare")
 
@@ -183,9 +187,7 @@ def stitch_command(plan, _):
     return ["cornice-stitch"] + tiles + ["-o", mesh_folder(plan)] + flags(plan, "stitch")
 
 
-def meshes(plan):
-    """The tiles of the stitched mesh."""
-    folder = mesh_folder(plan)
+def meshes_in(folder):
     return [os.path.join(folder, name) for name in sorted(os.listdir(folder))
             if name.endswith(".ply")]
 
@@ -204,8 +206,8 @@ def region_path(plan, region):
 
 
 def region_command(plan, region):
-    return (["cornice-hlod", "build"] + meshes(plan) + ["-o", region_path(plan, region), "--region",
-                                                       region.replace("-of-", "/")] +
+    return (["cornice-hlod", "build"] + meshes_in(mesh_folder(plan)) +
+            ["-o", region_path(plan, region), "--region", region.replace("-of-", "/")] +
             flags(plan, "hlod", skip=("regions",)))
 
 
@@ -213,13 +215,19 @@ def hlod_command(plan, _):
     if regions_of(plan["config"]) > 1:
         return (["cornice-hlod", "build"] + [region_path(plan, name) for name in region_names(plan)] +
                 ["--join", "-o", hierarchy_path(plan)])
-    return (["cornice-hlod", "build"] + meshes(plan) + ["-o", hierarchy_path(plan)] +
-            flags(plan, "hlod", skip=("regions",)))
+    return (["cornice-hlod", "build"] + meshes_in(mesh_folder(plan)) +
+            ["-o", hierarchy_path(plan)] + flags(plan, "hlod", skip=("regions",)))
 
 
 def dem_command(plan, _):
     return (["cornice-dem"] + list(plan["dem"]) + ["-o", dem_folder(plan)] + crs_flags(plan) +
             flags(plan, "dem", skip=("files",)))
+
+
+def dem_hlod_command(plan, _):
+    """A raster has one height in each place: columns, whatever the cells of the mesh are."""
+    return (["cornice-hlod", "build"] + meshes_in(dem_folder(plan)) +
+            ["-o", dem_hierarchy_path(plan)] + flags(plan, "hlod", skip=("regions", "partition")))
 
 
 def compare_command(plan, _):
@@ -261,6 +269,9 @@ STAGES = {stage.name: stage for stage in (
           hlod_command, lambda plan, tile: [hierarchy_path(plan)], 20, 0.5, makes_ply),
     Stage("dem", "Elevation model", "dem", "survey", (), dem_command,
           lambda plan, tile: [dem_folder(plan)], 30, 0.2, lambda config: "dem" in config, "dem"),
+    Stage("dem_hlod", "Levels of detail of the elevation model", "hlod", "survey",
+          (("dem", "survey"),), dem_hlod_command, lambda plan, tile: [dem_hierarchy_path(plan)],
+          20, 0.2, lambda config: "dem" in config),
     Stage("compare", "Mesh against elevation model", "compare", "survey", (("stitch", "survey"),),
           compare_command, lambda plan, tile: [comparison_folder(plan)], 60, 1.0,
           lambda config: "dem" in config and makes_ply(config), "dem"),

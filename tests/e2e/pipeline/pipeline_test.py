@@ -159,7 +159,7 @@ class Pipeline(unittest.TestCase):
         with open(os.path.join(self.output, "report.html"), encoding="utf-8") as file:
             page = file.read()
         self.assertGreaterEqual(page.count("<img "), 7)
-        for wanted in ("mesh", "survey.hlod", "lines.gpkg", "dem", "compare/index.html"):
+        for wanted in ("mesh", "survey.hlod", "dem.hlod", "lines.gpkg", "dem", "compare/index.html"):
             self.assertTrue(os.path.exists(os.path.join(self.output, wanted)), wanted)
         with open(os.path.join(self.output, "reports", "compare", "survey.json"),
                   encoding="utf-8") as file:

@@ -87,7 +87,7 @@ def main():
         outputs = [os.path.join(target, os.path.basename(name)) for name in inputs]
     if stage in ("dem", "compare"):
         os.makedirs(target, exist_ok=True)
-        outputs = [os.path.join(target, "result")]
+        outputs = [os.path.join(target, "result.ply")]
     for output in outputs:
         with open(output, "w", encoding="utf-8") as file:
             file.write(text)

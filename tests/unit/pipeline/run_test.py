@@ -209,9 +209,12 @@ class Survey(unittest.TestCase):
         self.assertEqual(code, 0, text)
         self.assertEqual([job for job in jobs if job.startswith(("dem", "compare"))],
                          ["dem ground", "compare dem-files"], text)
+        self.assertIn("hlod result", jobs)
+        self.assertTrue(os.path.exists(os.path.join(self.folder, "out", "dem.hlod")))
         self.assertIn(os.path.join("compare", "index.html"), text)
         self.write("ground.tif", "other heights")
-        self.assertEqual({job.split()[0] for job in self.run_it()[2]}, {"dem", "compare"})
+        self.assertEqual({job.split()[0] for job in self.run_it()[2]},
+                         {"dem", "hlod", "compare"})
 
     def test_fills_from_rasters_and_does_it_again_when_they_change(self):
         self.run_it()
