@@ -98,8 +98,8 @@ SurveyRun run_survey(const SurveyRunPlan& plan, const fs::path& programs, const 
                   folder / "run.log")
           .seconds;
   run.stages = read_costs(output / "state");
-  for (const json& tile : read_json(output / "survey.json").at("tiles"))
-    run.points += tile.at("points").get<std::uint64_t>();
+  const json survey = read_json(output / "survey.json");
+  for (const json& tile : survey.at("tiles")) run.points += tile.at("points").get<std::uint64_t>();
   return run;
 }
 

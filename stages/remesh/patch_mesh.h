@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "core/mesh/topology.h"
@@ -73,7 +74,10 @@ class PatchMesh {
     each_neighbour(v, [&](std::uint32_t) { return ++n, true; });
     return n;
   }
+  /// Not for two fixed vertices: the triangles of such a one may lie in several fans, of which only
+  /// one is walked.
   bool adjacent(std::uint32_t v, std::uint32_t w) const {
+    if (fixed_[v] != 0) std::swap(v, w);
     return !each_neighbour(v, [&](std::uint32_t n) { return n != w; });
   }
 

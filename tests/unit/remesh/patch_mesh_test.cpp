@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <vector>
+
 #include "core/base/random.h"
 #include "tests/support/meshes.h"
 
@@ -75,6 +78,21 @@ TEST(PatchMesh, StaysAManifoldUnderAnyOrderOfOperations) {
       }
     }
     expect_sound(mesh);
+  }
+}
+
+/// Vertex 0 is fixed and has two fans: one beside vertex 1, which is free and has a closed ring,
+/// and a triangle of its own.
+TEST(PatchMesh, KnowsTheNeighboursOfAVertexThatHasTwoFans) {
+  std::vector<Triangle> triangles{{1, 0, 2}, {1, 2, 3}, {1, 3, 4}, {1, 4, 0}, {0, 5, 6}};
+  const std::vector<Vec3f> positions{{0, 0, 0},  {1, 0, 0},  {1, 1, 0},  {2, 0, 0},
+                                     {1, -1, 0}, {-1, 1, 0}, {-1, -1, 0}};
+  for (int turn = 0; turn < 5; ++turn) {
+    const PatchMesh mesh(positions, triangles, {1, 0, 1, 1, 1, 1, 1});
+    EXPECT_TRUE(mesh.adjacent(0, 1));
+    EXPECT_TRUE(mesh.adjacent(1, 0));
+    EXPECT_FALSE(mesh.adjacent(5, 1));
+    std::rotate(triangles.begin(), triangles.begin() + 1, triangles.end());
   }
 }
 
