@@ -10,9 +10,6 @@
 namespace cornice::remesh {
 namespace {
 
-/// Least distance of a new vertex from the opposite corners, over the length of the edge that is
-/// cut.
-constexpr float kLeastCut = 0.02f;
 /// Of an offence's distance: what a change must reach that does not keep the bound.
 constexpr float kNearer = 0.95f;
 /// Square of the bound's share up to which a place counts as one that a triangle should reach.
@@ -82,20 +79,18 @@ class Mending {
   void halve(const std::array<std::uint32_t, 3>& sides, const Offence& o) {
     std::uint32_t longest = kNone;
     for (const std::uint32_t h : sides) {
-      if (may_split(h) && (longest == kNone || length(h) > length(longest))) longest = h;
+      if (may_split(h) && (longest == kNone || mesh_.length(h) > mesh_.length(longest)))
+        longest = h;
     }
-    if (longest == kNone || length(longest) <= limits_.guard.spacing_m) return;
+    if (longest == kNone || mesh_.length(longest) <= limits_.guard.spacing_m) return;
     const Vec3f middle =
         (mesh_.position(mesh_.start(longest)) + mesh_.position(mesh_.end(longest))) * 0.5f;
-    if (!clear_of_corners(longest, middle)) return;
+    if (!patch_.may_cut_at(longest, middle)) return;
     begin(o);
     put_split(longest, middle);
-    if (guard_.fits_anyway()) carry_out_split(longest, middle, o.input_triangle);
+    if (guard_.fits_anyway()) commit(patch_.cut(longest, middle, o.input_triangle));
   }
 
-  float length(std::uint32_t h) const {
-    return norm(mesh_.position(mesh_.end(h)) - mesh_.position(mesh_.start(h)));
-  }
   bool may_split(std::uint32_t h) const { return mesh_.twin(h) != kNone && !mesh_.frozen(h); }
 
   void begin(const Offence& o) {
@@ -146,12 +141,6 @@ class Mending {
     for (const std::uint32_t t : fresh) changed_[t] = 1;
   }
 
-  bool clear_of_corners(std::uint32_t h, Vec3f at) const {
-    const Vec3f c = mesh_.position(mesh_.opposite(h));
-    const Vec3f d = mesh_.position(mesh_.opposite(mesh_.twin(h)));
-    return std::min(norm(c - at), norm(d - at)) >= kLeastCut * length(h);
-  }
-
   /// The new triangles in the order of PatchMesh::split().
   void put_split(std::uint32_t h, Vec3f at) {
     const std::uint32_t g = mesh_.twin(h);
@@ -164,21 +153,12 @@ class Mending {
     put(at, d, b);
     put(at, a, d);
   }
-  void carry_out_split(std::uint32_t h, Vec3f at, std::uint32_t triangle) {
-    const std::uint32_t g = mesh_.twin(h);
-    const float size = 0.5f * (patch_.size[mesh_.start(h)] + patch_.size[mesh_.end(h)]);
-    mesh_.split(h, at);
-    const auto t2 = static_cast<std::uint32_t>(mesh_.triangle_count()) - 2;
-    commit({h / 3, t2, g / 3, t2 + 1});
-    patch_.size.push_back(size);
-    patch_.hint.push_back(triangle);
-  }
   bool split(std::uint32_t h, const Offence& o, Vec3f at, std::uint32_t triangle) {
-    if (!clear_of_corners(h, at)) return false;
+    if (!patch_.may_cut_at(h, at)) return false;
     begin(o);
     put_split(h, at);
     if (!fits(triangle)) return false;
-    carry_out_split(h, at, triangle);
+    commit(patch_.cut(h, at, triangle));
     return true;
   }
 

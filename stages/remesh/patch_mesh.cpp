@@ -29,6 +29,20 @@ Vec3f PatchMesh::vertex_normal(std::uint32_t v) const {
   return normalized(sum);
 }
 
+std::uint32_t PatchMesh::add_vertex(Vec3f position) {
+  positions_.push_back(position);
+  fixed_.push_back(0);
+  out_.push_back(kNone);
+  return static_cast<std::uint32_t>(positions_.size()) - 1;
+}
+
+std::uint32_t PatchMesh::add_two_triangles() {
+  const auto first = static_cast<std::uint32_t>(corners_.size() / 3);
+  corners_.resize(corners_.size() + 6);
+  twins_.resize(twins_.size() + 6, kNone);
+  return first;
+}
+
 void PatchMesh::set_triangle(std::uint32_t t, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
   corners_[3 * t] = a, corners_[3 * t + 1] = b, corners_[3 * t + 2] = c;
 }
@@ -57,14 +71,9 @@ std::uint32_t PatchMesh::split(std::uint32_t h, Vec3f position) {
   const std::uint32_t a = start(h), b = start(g), c = opposite(h), d = opposite(g);
   const std::uint32_t bc = twins_[next(h)], ca = twins_[previous(h)];
   const std::uint32_t ad = twins_[next(g)], db = twins_[previous(g)];
-  const auto m = static_cast<std::uint32_t>(positions_.size());
-  positions_.push_back(position);
-  fixed_.push_back(0);
-  out_.push_back(kNone);
+  const std::uint32_t m = add_vertex(position);
   const std::uint32_t t0 = h / 3, t1 = g / 3;
-  const auto t2 = static_cast<std::uint32_t>(corners_.size() / 3), t3 = t2 + 1;
-  corners_.resize(corners_.size() + 6);
-  twins_.resize(twins_.size() + 6, kNone);
+  const std::uint32_t t2 = add_two_triangles(), t3 = t2 + 1;
   set_triangle(t0, a, m, c);
   set_triangle(t2, m, b, c);
   set_triangle(t1, b, m, d);
@@ -88,13 +97,8 @@ std::uint32_t PatchMesh::split(std::uint32_t h, Vec3f position) {
 std::uint32_t PatchMesh::insert(std::uint32_t t, Vec3f position) {
   const std::uint32_t a = corners_[3 * t], b = corners_[3 * t + 1], c = corners_[3 * t + 2];
   const std::uint32_t bc = twins_[3 * t + 1], ca = twins_[3 * t + 2];
-  const auto m = static_cast<std::uint32_t>(positions_.size());
-  positions_.push_back(position);
-  fixed_.push_back(0);
-  out_.push_back(kNone);
-  const auto t1 = static_cast<std::uint32_t>(corners_.size() / 3), t2 = t1 + 1;
-  corners_.resize(corners_.size() + 6);
-  twins_.resize(twins_.size() + 6, kNone);
+  const std::uint32_t m = add_vertex(position);
+  const std::uint32_t t1 = add_two_triangles(), t2 = t1 + 1;
   set_triangle(t, a, b, m);
   set_triangle(t1, b, c, m);
   set_triangle(t2, c, a, m);

@@ -35,6 +35,7 @@ class PatchMesh {
     return ((fixed_[start(h)] & fixed_[end(h)]) & kFrozen) != 0;
   }
   Vec3f position(std::uint32_t v) const { return positions_[v]; }
+  float length(std::uint32_t h) const { return norm(positions_[end(h)] - positions_[start(h)]); }
   void move(std::uint32_t v, Vec3f to) { positions_[v] = to; }
 
   static std::uint32_t next(std::uint32_t h) { return next_half_edge(h); }
@@ -100,6 +101,9 @@ class PatchMesh {
   void collapse(std::uint32_t h);
 
  private:
+  std::uint32_t add_vertex(Vec3f position);
+  /// Room for two triangles; returns the first.
+  std::uint32_t add_two_triangles();
   void set_triangle(std::uint32_t t, std::uint32_t a, std::uint32_t b, std::uint32_t c);
   void join(std::uint32_t h, std::uint32_t g);
   /// Makes the half-edges of a changed triangle known to their vertices.

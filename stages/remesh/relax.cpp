@@ -63,9 +63,6 @@ class Relaxation {
   }
 
  private:
-  float length(std::uint32_t h) const {
-    return norm(mesh_.position(mesh_.end(h)) - mesh_.position(mesh_.start(h)));
-  }
   float wanted(std::uint32_t a, std::uint32_t b) const {
     return std::min(patch_.size[a], patch_.size[b]);
   }
@@ -103,7 +100,7 @@ class Relaxation {
         if (!mesh_.alive(h) || mesh_.twin(h) == kNone || mesh_.twin(h) < h) continue;
         if (mesh_.frozen(h)) continue;
         const std::uint32_t a = mesh_.start(h), b = mesh_.end(h);
-        const float excess = length(h) / (kSplitAbove * wanted(a, b));
+        const float excess = mesh_.length(h) / (kSplitAbove * wanted(a, b));
         if (excess > 1.0f) edges.push_back({excess, h, a, b});
       }
       if (edges.empty()) return;
@@ -128,25 +125,12 @@ class Relaxation {
     std::uint32_t triangle = patch_.hint[a];
     Vec3f at;
     if (!project(middle, normal, patch_.hint[a], at, triangle) ||
-        norm(at - middle) > kSplitMove * length(h) || !split_fits(h, at, normal, triangle)) {
+        norm(at - middle) > kSplitMove * mesh_.length(h) || !split_fits(h, at, normal, triangle)) {
       at = middle;
       begin_split(h, at);
       if (!guard_.fits_anyway()) return;
     }
-    // Over a cap, whose third corner lies on the edge already, a cut would only double that corner.
-    const float nearest = std::min(norm(mesh_.position(c) - at), norm(mesh_.position(d) - at));
-    if (nearest < kLeastCut * length(h)) return;
-    carry_out_split(h, at, triangle);
-  }
-
-  void carry_out_split(std::uint32_t h, Vec3f at, std::uint32_t triangle) {
-    const std::uint32_t g = mesh_.twin(h);
-    const float size = 0.5f * (patch_.size[mesh_.start(h)] + patch_.size[mesh_.end(h)]);
-    mesh_.split(h, at);
-    const auto t2 = static_cast<std::uint32_t>(mesh_.triangle_count()) - 2;
-    commit({h / 3, t2, g / 3, t2 + 1});
-    patch_.size.push_back(size);
-    patch_.hint.push_back(triangle);
+    if (patch_.may_cut_at(h, at)) commit(patch_.cut(h, at, triangle));
   }
 
   /// Tells the guard of a split; the new triangles in the order of PatchMesh::split().
@@ -184,7 +168,7 @@ class Relaxation {
     for (std::uint32_t h = 0; h < mesh_.half_edge_count(); ++h) {
       if (!mesh_.alive(h)) continue;
       const std::uint32_t a = mesh_.start(h), b = mesh_.end(h);
-      if (mesh_.fixed(a) || length(h) >= kCollapseBelow * wanted(a, b)) continue;
+      if (mesh_.fixed(a) || mesh_.length(h) >= kCollapseBelow * wanted(a, b)) continue;
       if (!mesh_.may_collapse(h) || !collapse_keeps_surface(h)) continue;
       mesh_.collapse(h);
       commit(fresh_);
@@ -346,6 +330,21 @@ class Relaxation {
 };
 
 }  // namespace
+
+bool RelaxPatch::may_cut_at(std::uint32_t h, Vec3f at) const {
+  const Vec3f c = mesh.position(mesh.opposite(h));
+  const Vec3f d = mesh.position(mesh.opposite(mesh.twin(h)));
+  return std::min(norm(c - at), norm(d - at)) >= kLeastCut * mesh.length(h);
+}
+
+std::vector<std::uint32_t> RelaxPatch::cut(std::uint32_t h, Vec3f at, std::uint32_t triangle) {
+  const std::uint32_t g = mesh.twin(h);
+  size.push_back(0.5f * (size[mesh.start(h)] + size[mesh.end(h)]));
+  hint.push_back(triangle);
+  mesh.split(h, at);
+  const auto t2 = static_cast<std::uint32_t>(mesh.triangle_count()) - 2;
+  return {h / 3, t2, g / 3, t2 + 1};
+}
 
 void relax(RelaxPatch& patch, const Reference& input, const RelaxLimits& limits) {
   Relaxation(patch, input, limits).run();

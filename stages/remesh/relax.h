@@ -24,6 +24,13 @@ struct RelaxPatch {
   std::vector<float> size;          ///< wanted length of edges at each vertex
   std::vector<std::uint32_t> hint;  ///< input triangle near each vertex
   Guard guard;                      ///< with what the triangles carry
+
+  /// Whether a cut of edge h at `at` stays clear of the opposite corners. Over a cap, whose third
+  /// corner lies on the edge already, a cut would only double that corner.
+  bool may_cut_at(std::uint32_t h, Vec3f at) const;
+  /// PatchMesh::split() with what the new vertex wants; `triangle` of the input is near it. Returns
+  /// the four triangles in the order of that function. The guard is left to the caller.
+  std::vector<std::uint32_t> cut(std::uint32_t h, Vec3f at, std::uint32_t triangle);
 };
 
 /// Splits edges longer than 4/3 of the wanted length, collapses those shorter than 4/5 (Botsch,
