@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "bench/bench_json.h"
+#include "bench/grid_triangles.h"
 #include "bench/value_noise.h"
 #include "core/base/memory.h"
 #include "core/base/parallel.h"
@@ -52,15 +53,7 @@ Mesh make_mountain(std::size_t triangles, std::uint64_t seed, int threads) {
       }
     }
   });
-  mesh.triangles.reserve(2 * (side - 1) * (side - 1));
-  for (std::size_t row = 0; row + 1 < side; ++row) {
-    for (std::size_t column = 0; column + 1 < side; ++column) {
-      const auto a = static_cast<std::uint32_t>(row * side + column);
-      const auto up = static_cast<std::uint32_t>(side);
-      mesh.triangles.push_back({a, a + 1, a + up + 1});
-      mesh.triangles.push_back({a, a + up + 1, a + up});
-    }
-  }
+  mesh.triangles = grid_triangles(side);
   return mesh;
 }
 

@@ -107,19 +107,25 @@ TEST_P(BuildOf, TilesThatShareABorderIsThatOfTheWhole) {
   EXPECT_EQ(parts.levels.back().triangles, 4u * 60 * 60);
 }
 
-TEST_P(BuildOf, ALakeOfHugeTrianglesAmidFineGroundKeepsAllPromises) {
-  Mesh mesh = ground(0, 100);
+/// Ground with a square lake of two huge triangles in it, from `low` to `high` both ways.
+Mesh lake(int side, float low, float high) {
+  Mesh mesh = ground(0, side);
   std::erase_if(mesh.triangles, [&](const auto& t) {
     const Vec3f p = mesh.positions[t[0]];
-    return p.x >= 20 && p.x < 80 && p.y >= 20 && p.y < 80;
+    return p.x >= low && p.x < high && p.y >= low && p.y < high;
   });
   const auto corner = static_cast<std::uint32_t>(mesh.positions.size());
-  for (const Vec3f p : {Vec3f{20, 20, 0}, Vec3f{80, 20, 0}, Vec3f{80, 80, 0}, Vec3f{20, 80, 0}}) {
+  for (const Vec3f p :
+       {Vec3f{low, low, 0}, Vec3f{high, low, 0}, Vec3f{high, high, 0}, Vec3f{low, high, 0}}) {
     mesh.positions.push_back(p);
   }
   mesh.triangles.push_back({corner, corner + 1, corner + 2});
   mesh.triangles.push_back({corner, corner + 2, corner + 3});
-  const Built built = build({mesh}, small_cells(GetParam()));
+  return mesh;
+}
+
+TEST_P(BuildOf, ALakeOfHugeTrianglesAmidFineGroundKeepsAllPromises) {
+  const Built built = build({lake(100, 20, 80)}, small_cells(GetParam()));
   expect_sound(built);
   EXPECT_GT(built.leaves.split_pieces, 100u);
 }
@@ -185,22 +191,6 @@ TEST_P(BuildOf, OnDiskIsTheSameAndGoesOnAfterAKill) {
   EXPECT_FALSE(other.has(other.leaves()));
 }
 
-/// Ground with a lake of two huge triangles in it.
-Mesh lake() {
-  Mesh mesh = ground(0, 60);
-  std::erase_if(mesh.triangles, [&](const auto& t) {
-    const Vec3f p = mesh.positions[t[0]];
-    return p.x >= 10 && p.x < 50 && p.y >= 10 && p.y < 50;
-  });
-  const auto corner = static_cast<std::uint32_t>(mesh.positions.size());
-  for (const Vec3f p : {Vec3f{10, 10, 0}, Vec3f{50, 10, 0}, Vec3f{50, 50, 0}, Vec3f{10, 50, 0}}) {
-    mesh.positions.push_back(p);
-  }
-  mesh.triangles.push_back({corner, corner + 1, corner + 2});
-  mesh.triangles.push_back({corner, corner + 2, corner + 3});
-  return mesh;
-}
-
 /// The finest level and all above it on disk, within `bytes` of memory.
 std::string build_within(const std::vector<Mesh>& meshes, const BuildOptions& options,
                          std::size_t piece_triangles, std::uint64_t bytes) {
@@ -226,7 +216,7 @@ std::string build_within(const std::vector<Mesh>& meshes, const BuildOptions& op
 }
 
 TEST_P(BuildOf, IsTheSameInSmallPiecesAndWithLittleMemory) {
-  const std::vector<Mesh> meshes{lake(), ground(60, 60)};
+  const std::vector<Mesh> meshes{lake(60, 10, 50), ground(60, 60)};
   const BuildOptions options = small_cells(GetParam());
   const std::string whole = build(meshes, options).bytes;
   EXPECT_TRUE(build_within(meshes, options, 1 << 20, std::uint64_t{1} << 40) == whole);
