@@ -161,16 +161,20 @@ double largest_coordinate_m(const Mesh& mesh) {
   return largest;
 }
 
+Mesh without(const Mesh& mesh, const std::vector<std::uint32_t>& dropped) {
+  std::vector<std::uint8_t> keep(mesh.triangles.size(), 1);
+  for (const std::uint32_t t : dropped) {
+    if (t < keep.size()) keep[t] = 0;
+  }
+  return select_triangles(mesh, keep);
+}
+
 /// A tile as cut, without the triangles that go.
 Mesh read_own_part(const Survey& survey, std::uint32_t tile) {
   Mesh mesh = read_tile(survey.paths[tile]);
   if (!survey.cuts[tile].empty()) mesh = cut_mesh(mesh, survey.cuts[tile]);
   if (survey.dropped[tile].empty()) return mesh;
-  std::vector<std::uint8_t> keep(mesh.triangles.size(), 1);
-  for (const std::uint32_t t : survey.dropped[tile]) {
-    if (t < keep.size()) keep[t] = 0;
-  }
-  return select_triangles(mesh, keep);
+  return without(mesh, survey.dropped[tile]);
 }
 
 JoinOptions join_options(const Survey& survey, const Options& options) {
@@ -190,9 +194,9 @@ void drop_small_parts(Survey& survey, const Options& options, Progress& progress
   for (std::uint32_t t = 0; t < survey.paths.size(); ++t) {
     if (small.of_tile[t].empty()) continue;
     check_cancelled(progress);
-    survey.dropped[t] =
-        triangles_of_parts(read_own_part(survey, t), small.of_tile[t], options.threads);
-    survey.borders.tiles[t] = find_border(read_own_part(survey, t), options.threads);
+    const Mesh mesh = read_own_part(survey, t);
+    survey.dropped[t] = triangles_of_parts(mesh, small.of_tile[t], options.threads);
+    survey.borders.tiles[t] = find_border(without(mesh, survey.dropped[t]), options.threads);
   }
 }
 
