@@ -99,6 +99,59 @@ def draw(plan, name, words):
     return target if code == 0 else None
 
 
+# What cornice-viewer draws of the levels of detail: (name, caption, words).
+VIEWS = (
+    ("overview", "The mesh as cornice-viewer shows it: snow, rock, scree and grass by slope and height",
+     ["--view", "overview"]),
+    ("steepest", "Its steepest part", ["--view", "steepest"]),
+    ("slope", "The same by slope", ["--view", "steepest", "--shading", "slope", "--legend"]),
+    ("levels", "The triangles that are drawn where the surface may be off by 4 pixels, a colour for each "
+               "level of detail: the farther away, the coarser",
+     ["--view", "steepest", "--shading", "level", "--edges", "--error-pixels", "4"]))
+# A view takes seconds; one that takes this long is left out.
+MOST_VIEW_SECONDS = 300
+# Enough for pictures of this size, whatever the survey's.
+VIEW_WORDS = ["--headless", "--size", "1200x750", "--gpu-memory-mib", "384", "--cache-mib", "256",
+              "--triangle-budget-m", "4"]
+
+
+def draw_view(plan, name, words):
+    """One picture by cornice-viewer: (its path, "") or (None, why there is none)."""
+    target = records.path(plan, "pictures", name + ".jpg")
+    log_path = records.log_path(plan, "pictures", name)
+    for file_path in (target, log_path):
+        os.makedirs(os.path.dirname(file_path), exist_ok=True)
+    command = [os.path.join(plan["programs"], "cornice-viewer"), stages.hierarchy_path(plan)]
+    command += VIEW_WORDS + words + ["-o", target, "--overwrite", "--no-progress"]
+    with open(log_path, "w", encoding="utf-8") as log:
+        try:
+            code = subprocess.run(command, stdout=log, stderr=log, check=False,
+                                  timeout=MOST_VIEW_SECONDS).returncode
+        except OSError as error:
+            return None, f"cornice-viewer does not start ({error.strerror})"
+        except subprocess.TimeoutExpired:
+            return None, f"cornice-viewer took longer than {MOST_VIEW_SECONDS} s"
+    if code == 0:
+        return target, ""
+    with open(log_path, encoding="utf-8", errors="replace") as log:
+        lines = [line.strip() for line in log if line.strip()]
+    return None, lines[-1].split("error: ", 1)[-1] if lines else f"cornice-viewer ended with {code}"
+
+
+def views(plan):
+    """The pictures of the viewer, or one line that says why there are none: not every machine has
+    OpenGL, and nothing else wants it."""
+    if not records.has_succeeded(plan, "hlod", records.SURVEY):
+        return ""
+    body = ""
+    for name, caption, words in VIEWS:
+        drawn, problem = draw_view(plan, name, words)
+        if drawn is None:
+            return body + page.paragraph(f"Without the viewer's pictures: {problem}.", "soft")
+        body += page.picture(drawn, caption)
+    return body
+
+
 def part_of(shown, everything):
     return "" if len(shown) == len(everything) else (
         f" (the first {len(shown)} of {len(everything)} tiles)")
@@ -180,7 +233,7 @@ def write(plan, failed):
     reports = read_reports(plan, found)
     body = summary(plan, reports) + failure_section(plan, failed)
     body += "".join(page.paragraph(text, "warning") for text in plan["warnings"])
-    pictures = ""
+    pictures = views(plan)
     for name, caption, words in mesh_pictures(plan) + point_pictures(plan):
         drawn = draw(plan, name, words)
         pictures += page.picture(drawn, caption) if drawn else page.paragraph(

@@ -8,8 +8,11 @@
 #include <cstdio>
 
 #include "core/base/error.h"
+#include "terrain-viewer/app/legend.h"
+#include "terrain-viewer/app/overlay.h"
 #include "terrain-viewer/app/picture.h"
 #include "terrain-viewer/app/session.h"
+#include "terrain-viewer/app/viewpoint.h"
 #include "terrain-viewer/render/offscreen_context.h"
 #include "terrain-viewer/scene/camera_file.h"
 #include "terrain-viewer/scene/navigation.h"
@@ -44,23 +47,39 @@ class Studio {
  public:
   Studio(const Options& options, PixelSize size)
       : size_(size),
-        side_by_side_(options.side_by_side),
+        split_{options.side_by_side ? Split::Kind::kSideBySide : Split::Kind::kNone},
         session_(options),
         target_(size.width, size.height, options.samples),
-        resolved_(size.width, size.height, 1) {}
+        resolved_(size.width, size.height, 1) {
+    if (options.has_legend) overlay_ = std::make_unique<Overlay>();
+  }
 
-  const Layers& layers() { return session_.layers(); }
+  /// The camera of options that give neither a camera nor a path, and its light.
+  Camera choose_camera(const Options& options) {
+    const double shape = double(pane_width(size_.width, split_)) / double(size_.height);
+    const SceneBox box = box_of(session_.layers());
+    if (options.viewpoint == Viewpoint::kAll) return seeing_all({}, box.lowest, box.highest, shape);
+    const std::vector<Facet> facets = facets_of(session_.layers().front()->file());
+    const Camera camera = options.viewpoint == Viewpoint::kOverview ? overview(facets, shape)
+                                                                    : steepest_view(facets, shape);
+    if (!options.sun_azimuth_deg && options.time.empty())
+      session_.style().sun = sun_direction(sun_azimuth_for(camera), options.sun_elevation_deg);
+    return camera;
+  }
 
   /// Draws one frame; `seconds` since the one before, 0: waits for all that it needs.
   Picture draw(const Camera& camera, double seconds, Vec3d velocity, Report& report) {
     const auto start = std::chrono::steady_clock::now();
-    const FrameCounts counts =
-        session_.draw(target_.framebuffer(), size_.width, size_.height, camera, seconds, velocity,
-                      {side_by_side_ ? Split::Kind::kSideBySide : Split::Kind::kNone});
+    const FrameCounts counts = session_.draw(target_.framebuffer(), size_.width, size_.height,
+                                             camera, seconds, velocity, split_);
     for (const std::string& failure : session_.take_failures())
       report.warn(failure + "; its parent is drawn instead");
     if (seconds == 0.0 && !counts.is_settled) ++unsettled_;
     resolve(target_, resolved_);
+    if (overlay_)
+      overlay_->draw(resolved_, [&] {
+        draw_legends(session_.style(), session_.cover() == Cover::kDifference, size_.width);
+      });
     Picture picture = read_picture(resolved_);
     select_ms_.push_back(counts.select_ms);
     triangles_.push_back(static_cast<double>(counts.triangles));
@@ -99,10 +118,11 @@ class Studio {
 
  private:
   PixelSize size_;
-  bool side_by_side_;
+  Split split_;
   OffscreenContext context_;
   Session session_;
   Target target_, resolved_;
+  std::unique_ptr<Overlay> overlay_;
   std::uint64_t unsettled_ = 0;
   std::vector<double> select_ms_, frame_ms_, triangles_, drawn_cells_, overdraw_;
 };
@@ -143,11 +163,8 @@ void run_headless(const Options& options, Report& report, Progress& progress) {
       draw_path(options, *studio, report, progress);
       return;
     }
-    const SceneBox box = box_of(studio->layers());
     const Camera camera =
-        options.camera.empty()
-            ? seeing_all({}, box.lowest, box.highest, double(size.width) / double(size.height))
-            : read_camera(options.camera);
+        options.camera.empty() ? studio->choose_camera(options) : read_camera(options.camera);
     write_picture(frame_name(options.output, 0), studio->draw(camera, 0.0, {}, report));
   });
   studio->tell(report);

@@ -25,6 +25,12 @@ std::vector<Option> describe(Options& o) {
           .positional(),
       Option("headless", o.headless, "draw pictures without a window or a display"),
       Option("camera", o.camera, "JSON file of a camera; otherwise all is seen"),
+      Option("view", o.viewpoint,
+             {{"all", Viewpoint::kAll},
+              {"overview", Viewpoint::kOverview},
+              {"steepest", Viewpoint::kSteepest}},
+             "without --camera: all from the south; all from where most of it is seen; the "
+             "steepest part from its front"),
       Option("path", o.path, "JSON file of a camera path: one picture for each frame of it"),
       Option("size", o.size, "width and height of the pictures").unit("pixels"),
       Option("output", o.output, "picture, .png or .jpg; with --path frame_%04d.png")
@@ -57,7 +63,8 @@ std::vector<Option> describe(Options& o) {
              "all that a picture needs"),
       Option("shading", o.shading, shadings(), "what the ground's colours say"),
       Option("time", o.time, "of the sun, UTC, as 2026-06-21T10:00:00Z"),
-      Option("sun-azimuth-deg", o.sun_azimuth_deg, "of the sun from grid north, without --time")
+      Option("sun-azimuth-deg", o.sun_azimuth_deg,
+             "of the sun from grid north, without --time; otherwise 315, or where --view wants it")
           .range(-360, 360)
           .unit("degrees"),
       Option("sun-elevation-deg", o.sun_elevation_deg, "of the sun, without --time")
@@ -84,6 +91,7 @@ std::vector<Option> describe(Options& o) {
           .unit("MiB"),
       Option("edges", o.has_edges, "draw the edges of the triangles"),
       Option("sky", o.has_sky, "draw the sky; black otherwise"),
+      Option("legend", o.has_legend, "with --headless: say what the colours mean, in the picture"),
   };
 }
 

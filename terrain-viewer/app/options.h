@@ -12,6 +12,9 @@
 
 namespace cornice::viewer {
 
+/// From where a picture is taken when no camera is given.
+enum class Viewpoint { kAll, kOverview, kSteepest };
+
 struct Options {
   std::vector<std::filesystem::path> files;
   bool headless = false;
@@ -29,7 +32,8 @@ struct Options {
   bool side_by_side = false;
   Shading shading = Shading::kNatural;
   std::string time;
-  double sun_azimuth_deg = 315.0, sun_elevation_deg = 45.0;
+  std::optional<double> sun_azimuth_deg;
+  double sun_elevation_deg = 45.0;
   double contour_interval_m = 0.0;
   std::optional<double> snow_line_m, tree_line_m;
   std::vector<std::filesystem::path> orthophoto;
@@ -38,6 +42,8 @@ struct Options {
   double drape_memory_mib = 256.0;
   bool has_edges = false;
   bool has_sky = true;
+  bool has_legend = false;
+  Viewpoint viewpoint = Viewpoint::kAll;
 };
 
 std::vector<Option> describe(Options& options);

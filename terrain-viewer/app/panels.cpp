@@ -4,12 +4,9 @@
 #include <imgui.h>
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 
-#include "core/geo/crs.h"
-#include "core/geo/globe.h"
-#include "terrain-viewer/scene/navigation.h"
+#include "terrain-viewer/app/go_to.h"
+#include "terrain-viewer/app/legend.h"
 
 namespace cornice::viewer {
 namespace {
@@ -17,45 +14,8 @@ namespace {
 constexpr ImGuiWindowFlags kPlain = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoInputs |
                                     ImGuiWindowFlags_AlwaysAutoResize |
                                     ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav;
-
-ImU32 colour_of(Colour c) { return IM_COL32(c[0], c[1], c[2], 255); }
-
-/// Below `top`; returns where the next legend may begin.
-float draw_legend(const Ramp& ramp, float right, float top) {
-  ImGui::SetNextWindowPos({right, top}, ImGuiCond_Always, {1.0f, 0.0f});
-  ImGui::SetNextWindowBgAlpha(0.6f);
-  ImGui::Begin(ramp.title.c_str(), nullptr, kPlain);
-  ImGui::Text("%s%s%s", ramp.title.c_str(), ramp.unit.empty() ? "" : ", ", ramp.unit.c_str());
-  ImDrawList* draw = ImGui::GetWindowDrawList();
-  constexpr float kWidth = 18.0f, kHeight = 160.0f;
-  const ImVec2 corner = ImGui::GetCursorScreenPos();
-  constexpr int kSteps = 80;
-  for (int i = 0; i < kSteps; ++i) {
-    const double value = ramp.low() + (ramp.high() - ramp.low()) * (i + 0.5) / kSteps;
-    const float upper = corner.y + kHeight * (1.0f - float(i + 1) / kSteps);
-    draw->AddRectFilled({corner.x, upper}, {corner.x + kWidth, upper + kHeight / kSteps + 1.0f},
-                        colour_of(ramp.at(value)));
-  }
-  for (const Ramp::Stop& stop : ramp.stops) {
-    const double share = (stop.value - ramp.low()) / (ramp.high() - ramp.low());
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.4g", stop.value);
-    draw->AddText({corner.x + kWidth + 6.0f, corner.y + kHeight * float(1.0 - share) - 7.0f},
-                  IM_COL32_WHITE, text.data());
-  }
-  ImGui::Dummy({kWidth + 70.0f, kHeight + 10.0f});
-  const float next = top + ImGui::GetWindowHeight() + 8.0f;
-  ImGui::End();
-  return next;
-}
-
-void draw_legends(const Session& session, const Style& style, int width) {
-  const float right = float(width) - 12.0f;
-  float top = 12.0f;
-  if (session.cover() == Cover::kDifference)
-    top = draw_legend(difference_ramp(style.difference_high_m), right, top);
-  if (const auto ramp = ramp_of(style)) draw_legend(*ramp, right, top);
-}
+/// Of the scale bar while the cursor is over the sky.
+constexpr double kUnknownDepthM = 1000.0;
 
 /// What lies over the ground's own colours.
 void draw_cover(Session& session) {
@@ -83,49 +43,12 @@ void draw_cover(Session& session) {
   }
 }
 
-/// A round number of metres whose bar is at most `pixels` long.
-double round_length(double metres_per_pixel, double pixels) {
-  const double most = metres_per_pixel * pixels;
-  const double power = std::pow(10.0, std::floor(std::log10(most)));
-  for (const double factor : {5.0, 2.0})
-    if (factor * power <= most) return factor * power;
-  return power;
-}
-
-void draw_scale_and_north(const Camera& camera, int width, int height, double distance_m) {
-  ImDrawList* draw = ImGui::GetForegroundDrawList();
-  const double per_pixel = 2.0 * distance_m *
-                           std::tan(0.5 * camera.field_of_view_deg * std::numbers::pi / 180.0) /
-                           height;
-  const double length = round_length(per_pixel, 180.0);
-  const float bar = float(length / per_pixel);
-  const float right = float(width) - 24.0f, low = float(height) - 28.0f;
-  draw->AddRectFilled({right - bar - 2.0f, low - 2.0f}, {right + 2.0f, low + 6.0f},
-                      IM_COL32(0, 0, 0, 140));
-  draw->AddRectFilled({right - bar, low}, {right, low + 4.0f}, IM_COL32_WHITE);
-  std::array<char, 48> text{};
-  if (length >= 1000.0)
-    std::snprintf(text.data(), text.size(), "%g km", length / 1000.0);
-  else
-    std::snprintf(text.data(), text.size(), "%g m", length);
-  draw->AddText({right - bar, low - 18.0f}, IM_COL32_WHITE, text.data());
-  const ImVec2 centre{float(width) - 44.0f, float(height) - 84.0f};
-  const double angle = -camera.heading_deg * std::numbers::pi / 180.0;
-  const auto at = [&](double a, float radius) {
-    return ImVec2{centre.x + radius * float(std::sin(angle + a)),
-                  centre.y - radius * float(std::cos(angle + a))};
-  };
-  draw->AddCircleFilled(centre, 24.0f, IM_COL32(0, 0, 0, 110));
-  draw->AddTriangleFilled(at(0.0, 20.0f), at(2.6, 9.0f), at(-2.6, 9.0f),
-                          IM_COL32(235, 80, 60, 255));
-  draw->AddTriangleFilled(at(std::numbers::pi, 20.0f), at(0.54, 9.0f), at(-0.54, 9.0f),
-                          IM_COL32(230, 230, 230, 255));
-}
-
-void draw_read_out(const PanelState& state, const Camera& camera, int height,
-                   const std::optional<UnderCursor>& under) {
+/// Returns its edges.
+Taken draw_read_out(const PanelState& state, const Camera& camera, int width, int height,
+                    const std::optional<UnderCursor>& under) {
   ImGui::SetNextWindowPos({12.0f, float(height) - 12.0f}, ImGuiCond_Always, {0.0f, 1.0f});
   ImGui::SetNextWindowBgAlpha(0.6f);
+  ImGui::SetNextWindowSizeConstraints({0.0f, 0.0f}, {float(width) - 24.0f, float(height)});
   ImGui::Begin("read-out", nullptr, kPlain);
   if (under) {
     ImGui::Text("E %.2f  N %.2f  H %.2f m", under->point.x, under->point.y, under->point.z);
@@ -136,12 +59,19 @@ void draw_read_out(const PanelState& state, const Camera& camera, int height,
   } else {
     ImGui::Text("sky");
   }
-  ImGui::Text("eye E %.1f  N %.1f  H %.1f m, heading %.0f, pitch %.0f, %s %.3g m/s", camera.eye.x,
-              camera.eye.y, camera.eye.z, camera.heading_deg, camera.pitch_deg,
+  ImGui::Text("eye E %.1f  N %.1f  H %.1f m", camera.eye.x, camera.eye.y, camera.eye.z);
+  ImGui::Text("heading %.0f, pitch %.0f, %s %.3g m/s", camera.heading_deg, camera.pitch_deg,
               state.walks ? "walking" : "flying", state.speed_ms);
-  if (!state.message.empty())
-    ImGui::TextColored({1.0f, 0.75f, 0.4f, 1.0f}, "%s", state.message.c_str());
+  if (!state.message.empty()) {
+    ImGui::PushStyleColor(ImGuiCol_Text, {1.0f, 0.75f, 0.4f, 1.0f});
+    ImGui::PushTextWrapPos(float(width) - 40.0f);
+    ImGui::TextUnformatted(state.message.c_str());
+    ImGui::PopTextWrapPos();
+    ImGui::PopStyleColor();
+  }
+  const ImVec2 corner = ImGui::GetWindowPos(), size = ImGui::GetWindowSize();
   ImGui::End();
+  return {corner.x + size.x, corner.y};
 }
 
 /// One picture or two of the same view.
@@ -204,7 +134,7 @@ void draw_layers(PanelState& state, Session& session, PanelResult& result) {
     session.frame_ms() = frame_ms;
   ImGui::Checkbox("freeze what is chosen", &session.is_frozen());
   if (!state.bookmarks.empty() && ImGui::TreeNode("Bookmarks")) {
-    for (const PanelState::Bookmark& bookmark : state.bookmarks)
+    for (const Bookmark& bookmark : state.bookmarks)
       if (ImGui::Selectable(bookmark.name.c_str())) result.go = bookmark.camera;
     ImGui::TreePop();
   }
@@ -276,33 +206,8 @@ void draw_help(PanelState& state) {
   ImGui::End();
 }
 
-/// Where a text says to go: above that place, looking down at it.
-std::optional<Camera> camera_at(const std::string& text, Session& session, const Camera& camera,
-                                std::string& message) {
-  const auto place = parse_place(text);
-  if (!place) {
-    message = "\"" + text + "\" is no place: 2643500 1158000, or 46.5N 8.1E";
-    return std::nullopt;
-  }
-  Vec3d at{place->first, place->second, 0.0};
-  if (place->is_globe) {
-    const std::string& crs = session.layers().front()->file().header().crs_text;
-    const auto projected = crs.empty()
-                               ? std::nullopt
-                               : Globe(crs_from_text(crs)).projected(place->first, place->second);
-    if (!projected) {
-      message = "latitude and longitude need a layer with a reference system";
-      return std::nullopt;
-    }
-    at = *projected;
-  }
-  const SceneBox box = box_of(session.layers());
-  at.z = place->z.value_or(box.highest.z);
-  return looking_at(camera, at + Vec3d{0.0, -400.0, 300.0}, at);
-}
-
 void draw_place_box(PanelState& state, Session& session, const Camera& camera, int width,
-                    PanelResult& result) {
+                    const Ground& ground, PanelResult& result) {
   if (!state.asks_place) return;
   ImGui::SetNextWindowPos({0.5f * float(width), 80.0f}, ImGuiCond_Always, {0.5f, 0.0f});
   ImGui::Begin("Go to", &state.asks_place, ImGuiWindowFlags_AlwaysAutoResize);
@@ -310,8 +215,12 @@ void draw_place_box(PanelState& state, Session& session, const Camera& camera, i
   if (ImGui::IsWindowAppearing()) ImGui::SetKeyboardFocusHere();
   if (ImGui::InputText("##place", state.place.data(), state.place.size(),
                        ImGuiInputTextFlags_EnterReturnsTrue)) {
-    result.go = camera_at(state.place.data(), session, camera, state.message);
-    state.asks_place = !result.go;
+    const PlaceFound found =
+        find_place(state.place.data(), session.layers().front()->file().header().crs_text);
+    state.message = found.problem;
+    state.asks_place = !found.place;
+    if (found.place)
+      result.go = camera_over(found, camera, ground, box_of(session.layers()).highest.z);
   }
   ImGui::End();
 }
@@ -320,16 +229,17 @@ void draw_place_box(PanelState& state, Session& session, const Camera& camera, i
 
 PanelResult draw_panels(PanelState& state, Session& session, const Camera& camera, int width,
                         int height, const std::optional<UnderCursor>& under,
-                        const FrameCounts& counts) {
+                        const FrameCounts& counts, const Ground& ground) {
   PanelResult result;
-  draw_legends(session, session.style(), width);
-  const double distance = under ? norm(under->point - camera.eye) : 1000.0;
-  draw_scale_and_north(camera, width, height, distance);
-  draw_read_out(state, camera, height, under);
+  draw_legends(session.style(), session.cover() == Cover::kDifference, width);
+  const Taken taken = draw_read_out(state, camera, width, height, under);
+  const double depth =
+      under ? dot(under->point - camera.eye, axes_of(camera).forward) : kUnknownDepthM;
+  draw_scale_and_north(camera, width, height, depth, taken);
   draw_layers(state, session, result);
   draw_frames(state, session, counts);
   draw_help(state);
-  draw_place_box(state, session, camera, width, result);
+  draw_place_box(state, session, camera, width, ground, result);
   return result;
 }
 

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "terrain-viewer/app/camera_memory.h"
+#include "terrain-viewer/app/pick.h"
 #include "terrain-viewer/app/session.h"
 #include "terrain-viewer/scene/camera.h"
 
@@ -24,19 +26,9 @@ struct PanelState {
   std::string message;                        ///< last line of the log
   double speed_ms = 0.0;
   bool walks = false;
-  struct Bookmark {
-    std::string name;
-    Camera camera;
-  };
   std::vector<Bookmark> bookmarks;
   std::array<float, 240> frame_ms{};
   std::size_t frame_at = 0;
-};
-
-/// What of the ground lies under the cursor.
-struct UnderCursor {
-  Vec3d point;
-  std::optional<double> slope_deg;
 };
 
 /// What a panel was asked for.
@@ -45,8 +37,9 @@ struct PanelResult {
   std::optional<std::filesystem::path> open;
 };
 
+/// ground: height in plan, asked where a place without a height is gone to.
 PanelResult draw_panels(PanelState& state, Session& session, const Camera& camera, int width,
                         int height, const std::optional<UnderCursor>& under,
-                        const FrameCounts& counts);
+                        const FrameCounts& counts, const Ground& ground);
 
 }  // namespace cornice::viewer

@@ -14,6 +14,7 @@ namespace cornice::viewer {
 namespace {
 
 constexpr double kRadians = std::numbers::pi / 180.0;
+constexpr double kNorthWestDeg = 315.0;
 
 /// Rough rules for painting: in the Alps, at 46.5 degrees, trees end near 2000 m and snow lies all
 /// year from about 2900 m; both come down to the sea near 70 degrees.
@@ -22,13 +23,10 @@ double line_height(double alpine_m, double latitude_deg) {
   return alpine_m * towards_pole;
 }
 
-Vec3d direction(double grid_azimuth_deg, double elevation_deg) {
-  const double a = grid_azimuth_deg * kRadians, e = elevation_deg * kRadians;
-  return {std::sin(a) * std::cos(e), std::cos(a) * std::cos(e), std::sin(e)};
-}
-
 Vec3d sun_of(const Options& options, const std::optional<GlobePosition>& place) {
-  if (options.time.empty()) return direction(options.sun_azimuth_deg, options.sun_elevation_deg);
+  if (options.time.empty())
+    return sun_direction(options.sun_azimuth_deg.value_or(kNorthWestDeg),
+                         options.sun_elevation_deg);
   if (!place)
     throw UsageError("--time",
                      "needs files with a reference system; give --sun-azimuth-deg and "
@@ -36,10 +34,15 @@ Vec3d sun_of(const Options& options, const std::optional<GlobePosition>& place) 
   const auto sun = sun_at(options.time, place->latitude_deg, place->longitude_deg);
   if (!sun)
     throw UsageError("--time", "is \"" + options.time + "\"; accepted: 2026-06-21T10:00:00Z, UTC");
-  return direction(sun->azimuth_deg - place->convergence_deg, sun->elevation_deg);
+  return sun_direction(sun->azimuth_deg - place->convergence_deg, sun->elevation_deg);
 }
 
 }  // namespace
+
+Vec3d sun_direction(double grid_azimuth_deg, double elevation_deg) {
+  const double a = grid_azimuth_deg * kRadians, e = elevation_deg * kRadians;
+  return {std::sin(a) * std::cos(e), std::cos(a) * std::cos(e), std::sin(e)};
+}
 
 void add_layer(Layers& layers, const std::filesystem::path& file, const Options& options,
                GpuCells& cells) {

@@ -21,6 +21,9 @@ Layers open_layers(const Options& options, GpuCells& cells);
 void add_layer(Layers& layers, const std::filesystem::path& file, const Options& options,
                GpuCells& cells);
 
+/// Unit vector towards a sun.
+Vec3d sun_direction(double grid_azimuth_deg, double elevation_deg);
+
 /// Style by the options and by where the layers lie: the sun at the time given, snow and tree line
 /// by latitude, haze by size. Throws UsageError for a time that is none or cannot be had.
 Style style_for(const Options& options, const Layers& layers);

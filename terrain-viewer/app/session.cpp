@@ -9,6 +9,17 @@ namespace {
 
 constexpr Colour kBlack{0, 0, 0};
 
+/// Colours that a legend explains are lit less brightly, so that they stay what the legend shows.
+Style near_legend(Style style) {
+  constexpr double kSun = 0.9, kAmbient = 0.7;
+  const bool is_numbered = style.shading == Shading::kLevel || style.shading == Shading::kCell;
+  if (is_numbered || ramp_of(style)) {
+    style.sun_strength = kSun;
+    style.ambient = kAmbient;
+  }
+  return style;
+}
+
 }  // namespace
 
 Session::Session(const Options& options)
@@ -31,6 +42,13 @@ void Session::add_layer(const std::filesystem::path& file) {
 void Session::swap_layers(std::size_t i, std::size_t j) {
   std::swap(layers_[i], layers_[j]);
   std::swap(looks_[i], looks_[j]);
+}
+
+void Session::blink() {
+  if (looks_.size() < 2) return;
+  LayerLook &last = looks_.back(), &other = looks_[looks_.size() - 2];
+  other.is_visible = last.is_visible;
+  last.is_visible = !last.is_visible;
 }
 
 void Session::add_drape(const std::vector<std::filesystem::path>& files, RasterKind kind) {
@@ -103,7 +121,7 @@ void Session::draw_part(Part part, const Split& split, FrameCounts& counts) {
   for (std::size_t i = 0; i < layers_.size(); ++i) {
     if (!looks_[i].is_visible) continue;
     if (part != Part::kWhole && has_two && (i == last) != (part == Part::kSecond)) continue;
-    Style style = style_;
+    Style style = near_legend(style_);
     style.opacity = looks_[i].opacity;
     const DrawCounts drawn = renderer_.draw(layers_[i]->list(), cells_, style, swipe);
     counts.triangles += drawn.triangles;
@@ -116,7 +134,8 @@ void Session::draw_panes(GLuint framebuffer, const LayerView& view, const Split&
                          FrameCounts& counts) {
   const Colour* clear = options_.has_sky ? nullptr : &kBlack;
   const auto begin = [&](int left) {
-    renderer_.begin(framebuffer, view.width, view.height, view.camera, style_, clear, left);
+    renderer_.begin(framebuffer, view.width, view.height, view.camera, near_legend(style_), clear,
+                    left);
   };
   const auto end = [&] {
     if (style_.shading == Shading::kOverdraw) counts.overdraw = renderer_.show_overdraw();

@@ -68,6 +68,8 @@ class Session {
   void add_layer(const std::filesystem::path& file);
   /// Changes places in the order of drawing.
   void swap_layers(std::size_t i, std::size_t j);
+  /// Shows one of the last two layers instead of the other.
+  void blink();
   /// Lays rasters over the ground, as photograph or differences, in place of those before, and
   /// shows them. Throws as Drape.
   void add_drape(const std::vector<std::filesystem::path>& files, RasterKind kind);

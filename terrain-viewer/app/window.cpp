@@ -14,12 +14,13 @@
 #include <cstdlib>
 #include <ctime>
 #include <memory>
-#include <numbers>
 #include <optional>
 
 #include "core/base/error.h"
+#include "terrain-viewer/app/camera_memory.h"
 #include "terrain-viewer/app/controls.h"
 #include "terrain-viewer/app/panels.h"
+#include "terrain-viewer/app/pick.h"
 #include "terrain-viewer/app/picture.h"
 #include "terrain-viewer/app/session.h"
 #include "terrain-viewer/render/offscreen_context.h"
@@ -27,8 +28,6 @@
 
 namespace cornice::viewer {
 namespace {
-
-constexpr double kPathStepSeconds = 3.0;
 
 /// GLFW, its window and ImGui, from the first to the last.
 class WindowSystem {
@@ -103,7 +102,7 @@ class WindowApp {
                   ? seeing_all({}, box.lowest, box.highest, double(width_) / std::max(1, height_))
                   : read_camera(options.camera);
     controls_.speed_ms = std::max(5.0, 0.03 * norm(box.highest - box.lowest));
-    history_.add(camera_);
+    moves_.jump(camera_);
     glfwSetWindowUserPointer(window_.get(), this);
     glfwSetDropCallback(window_.get(), [](GLFWwindow* window, int count, const char** paths) {
       auto* self = static_cast<WindowApp*>(glfwGetWindowUserPointer(window));
@@ -141,11 +140,11 @@ class WindowApp {
     ImGui::NewFrame();
     const Vec3d before = camera_.eye;
     read_keys();
-    if (plays_) play(seconds);
+    if (path_.is_playing()) camera_ = path_.play(seconds);
     camera_ = controls_.step(
         camera_, read_input(seconds), [this] { return point_under(cursor_x_, cursor_y_); },
         [this](double x, double y) { return ground_at(x, y); });
-    remember_move();
+    moves_.see(camera_);
     const Vec3d velocity = (camera_.eye - before) / seconds;
     draw(seconds, velocity);
     for (const std::string& failure : session_.take_failures()) {
@@ -172,11 +171,13 @@ class WindowApp {
     panels_.speed_ms = controls_.speed_ms;
     panels_.walks = controls_.walks;
     const PanelResult result =
-        draw_panels(panels_, session_, camera_, width_, height_, under_cursor(), counts);
+        draw_panels(panels_, session_, camera_, width_, height_, under_cursor(), counts,
+                    [this](double x, double y) { return ground_at(x, y); });
     if (result.open) open_file(result.open->c_str());
     if (result.go) {
+      moves_.jump(camera_);
       camera_ = *result.go;
-      history_.add(camera_);
+      moves_.jump(camera_);
     }
     ImGui::Render();
     glDisable(GL_DEPTH_TEST);
@@ -190,11 +191,7 @@ class WindowApp {
     glGetTextureSubImage(canvas_->shown.depth(), 0, static_cast<GLint>(x),
                          height_ - 1 - static_cast<GLint>(y), 0, 1, 1, 1, GL_DEPTH_COMPONENT,
                          GL_FLOAT, sizeof depth, &depth);
-    if (!(depth > 0.0f)) return std::nullopt;
-    const Vec3d ray =
-        ray_of_pixel(drawn_camera_, pane_width_, height_, std::floor(in_pane(x)), std::floor(y));
-    const double along = kNearM / double(depth);
-    return drawn_camera_.eye + along / dot(ray, axes_of(drawn_camera_).forward) * ray;
+    return point_of_depth(drawn_camera_, pane_width_, height_, in_pane(x), y, depth);
   }
 
   /// The column in the one of two pictures that the cursor is in.
@@ -203,16 +200,8 @@ class WindowApp {
   std::optional<UnderCursor> under_cursor() const {
     const auto here = point_under(cursor_x_, cursor_y_);
     if (!here) return std::nullopt;
-    UnderCursor under{*here, std::nullopt};
-    const auto right = point_under(cursor_x_ + 3.0, cursor_y_);
-    const auto below = point_under(cursor_x_, cursor_y_ + 3.0);
-    if (right && below) {
-      const Vec3d normal = cross(*below - *here, *right - *here);
-      if (norm(normal) > 0.0)
-        under.slope_deg =
-            std::acos(std::min(1.0, std::abs(normalized(normal).z))) * 180.0 / std::numbers::pi;
-    }
-    return under;
+    return look_under(cursor_x_, cursor_y_, *here,
+                      [this](double x, double y) { return point_under(x, y); });
   }
 
   std::optional<double> ground_at(double x, double y) {
@@ -301,8 +290,8 @@ class WindowApp {
     if (pressed(GLFW_KEY_ESCAPE)) panels_.asks_place = panels_.shows_help = false;
     if (io.WantCaptureKeyboard) return;
     if (ctrl) {
-      if (pressed(GLFW_KEY_Z)) camera_ = history_.undo().value_or(camera_);
-      if (pressed(GLFW_KEY_Y)) camera_ = history_.redo().value_or(camera_);
+      if (pressed(GLFW_KEY_Z)) camera_ = moves_.undo(camera_);
+      if (pressed(GLFW_KEY_Y)) camera_ = moves_.redo(camera_);
       if (pressed(GLFW_KEY_P)) start_playing();
       if (pressed(GLFW_KEY_Q)) glfwSetWindowShouldClose(window_.get(), GLFW_TRUE);
       return;
@@ -311,9 +300,7 @@ class WindowApp {
     if (pressed(GLFW_KEY_L)) panels_.shows_layers = !panels_.shows_layers;
     if (pressed(GLFW_KEY_SPACE)) controls_.walks = !controls_.walks;
     if (pressed(GLFW_KEY_HOME)) see_all();
-    if (pressed(GLFW_KEY_B))
-      panels_.bookmarks.push_back(
-          {"view " + std::to_string(panels_.bookmarks.size() + 1), camera_});
+    if (pressed(GLFW_KEY_B)) add_bookmark(panels_.bookmarks, camera_);
     if (pressed(GLFW_KEY_P)) shift ? save_path() : add_path_key();
     read_look_keys();
   }
@@ -334,11 +321,7 @@ class WindowApp {
       if (pressed(GLFW_KEY_1 + i) && static_cast<std::size_t>(i) < looks.size())
         looks[static_cast<std::size_t>(i)].is_visible =
             !looks[static_cast<std::size_t>(i)].is_visible;
-    if (pressed(GLFW_KEY_TAB) && looks.size() > 1) {
-      const bool last = looks.back().is_visible;
-      looks.back().is_visible = !last;
-      looks[looks.size() - 2].is_visible = last;
-    }
+    if (pressed(GLFW_KEY_TAB)) session_.blink();
   }
 
   void next_cover() {
@@ -360,37 +343,19 @@ class WindowApp {
     camera_ = seeing_all(camera_, box.lowest, box.highest, double(width_) / height_);
   }
 
-  /// One entry of the history for each move: when the camera has come to rest.
-  void remember_move() {
-    if (camera_ == resting_) {
-      if (++still_frames_ == 20) history_.add(camera_);
-    } else {
-      still_frames_ = 0;
-      resting_ = camera_;
-    }
-  }
-
   void add_path_key() {
-    const double time = path_.keys.empty() ? 0.0 : path_.keys.back().time_s + kPathStepSeconds;
-    path_.keys.push_back({time, camera_});
-    panels_.message = std::to_string(path_.keys.size()) + " views in the path; Shift+P saves it";
+    path_.add(camera_);
+    panels_.message = std::to_string(path_.size()) + " views in the path; Shift+P saves it";
   }
 
   /// The path that is being made, else the one of --path, from its start.
   void start_playing() {
     try {
-      if (path_.keys.empty() && !options_.path.empty()) path_ = read_camera_path(options_.path);
+      if (path_.size() == 0 && !options_.path.empty()) path_.set(read_camera_path(options_.path));
     } catch (const Error& error) {
       panels_.message = error.what();
     }
-    plays_ = !plays_ && path_.keys.size() > 1;
-    played_s_ = 0.0;
-  }
-
-  void play(double seconds) {
-    played_s_ += seconds;
-    camera_ = path_.at(path_.keys.front().time_s + played_s_);
-    plays_ = played_s_ < path_.duration_s();
+    path_.toggle_play();
   }
 
   void keep_settings() {
@@ -414,11 +379,11 @@ class WindowApp {
   }
 
   void save_path() {
-    if (path_.keys.empty()) return;
+    if (path_.size() == 0) return;
     const std::string name = "cornice-path-" + stamp() + ".json";
-    write_camera_path(name, path_);
+    write_camera_path(name, path_.path());
     panels_.message = "path written: " + name;
-    path_.keys.clear();
+    path_.clear();
   }
 
   void save_picture() {
@@ -479,16 +444,13 @@ class WindowApp {
   Session session_;
   std::unique_ptr<Canvas> canvas_;
   Controls controls_;
-  CameraHistory history_;
+  CameraMoves moves_;
   PanelState panels_;
-  CameraPath path_;
-  Camera camera_, drawn_camera_, resting_;
-  int still_frames_ = 0;
+  PathMaker path_;
+  Camera camera_, drawn_camera_;
   int width_ = 0, height_ = 0, windowed_width_ = 1280, windowed_height_ = 720;
   double cursor_x_ = 0.0, cursor_y_ = 0.0;
   bool wants_picture_ = false;
-  bool plays_ = false;
-  double played_s_ = 0.0;
   int pane_width_ = 0;
   std::array<bool, GLFW_KEY_LAST + 1> was_down_{};
   std::uint64_t frames_ = 0;

@@ -120,6 +120,45 @@ class Report(unittest.TestCase):
         self.assertEqual(page.targets, [])
         self.assertIn("could not be drawn", page.text)
 
+    def view(self, script):
+        """The report of a survey with levels of detail where cornice-viewer is such a script."""
+        self.plan.update(until="hlod")
+        self.finish("survey", stage_report(), "hlod")
+        if script:
+            viewer = self.folder / "programs" / "cornice-viewer"
+            viewer.write_text("#!/bin/sh\n" + script, encoding="utf-8")
+            viewer.chmod(0o755)
+        page = self.page()
+        views = [target for target in page.targets if target.startswith("data:image/jpeg")]
+        return views, page.text
+
+    def test_shows_the_levels_of_detail_as_the_viewer_does(self):
+        jpeg = self.folder / "drawn.jpg"
+        jpeg.write_bytes(b"as if it were a picture")
+        views, text = self.view('echo "$@" >> "$0.log"\nwhile [ "$1" != -o ]; do shift; done\n'
+                                f"cp '{jpeg}' \"$2\"\n")
+        self.assertEqual(len(views), len(report.VIEWS))
+        for _, caption, _ in report.VIEWS:
+            self.assertIn(caption, text)
+        asked = (self.folder / "programs" / "cornice-viewer.log").read_text(encoding="utf-8")
+        for wanted in ("survey.hlod", "--headless", "--view overview", "--view steepest"):
+            self.assertIn(wanted, asked)
+
+    def test_says_in_one_line_why_there_is_nothing_of_the_viewer(self):
+        sleepless, report.MOST_VIEW_SECONDS = report.MOST_VIEW_SECONDS, 0.2
+        self.addCleanup(setattr, report, "MOST_VIEW_SECONDS", sleepless)
+        for script, reason in (
+                ("", "cornice-viewer does not start (No such file or directory)"),
+                ("exec sleep 600\n", "cornice-viewer took longer than 0.2 s"),
+                ("exit 7\n", "cornice-viewer ended with 7"),
+                ("echo 'cornice-viewer: error: OpenGL: is older than 4.5' >&2\nexit 1\n",
+                 "OpenGL: is older than 4.5")):
+            with self.subTest(reason):
+                views, text = self.view(script)
+                self.assertEqual(views, [])
+                self.assertEqual(text.count(f"Without the viewer's pictures: {reason}."), 1, text)
+                self.assertEqual(text.count("Without the viewer's pictures"), 1)
+
     def test_says_once_what_many_tiles_warn_of(self):
         self.finish("a", stage_report(warnings=["is 0.11 m off, more than 0.1"]))
         self.finish("b", stage_report(warnings=["is 0.132 m off, more than 0.1", "is of b"]))

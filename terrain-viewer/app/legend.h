@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the colours of a picture mean, drawn over it (Dear ImGui).
+#pragma once
+
+#include <optional>
+
+#include "terrain-viewer/scene/camera.h"
+#include "terrain-viewer/scene/ramp.h"
+#include "terrain-viewer/scene/style.h"
+
+namespace cornice::viewer {
+
+/// The colours of a ramp, low to high from the bottom to the top, with the values of its stops.
+/// Below `top`, its right edge at `right`; returns where the next legend may begin. Pixels.
+float draw_legend(const Ramp& ramp, float right, float top);
+
+/// A legend for each ramp that is in use, at the upper right. has_difference: a difference map
+/// lies over the ground.
+void draw_legends(const Style& style, bool has_difference, int width);
+
+/// Edges of what lies in the lower left corner, pixels.
+struct Taken {
+  float right = 0.0f, top = 0.0f;
+};
+
+/// Scale bar for what is at depth_m along the line of sight, and north arrow, at the lower right.
+void draw_scale_and_north(const Camera& camera, int width, int height, double depth_m, Taken taken);
+
+}  // namespace cornice::viewer
