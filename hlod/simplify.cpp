@@ -11,17 +11,22 @@
 #include <cstring>
 #include <utility>
 
+#include "core/base/clones.h"
+
 namespace cornice::hlod {
 namespace {
 
-constexpr float kNever = std::numeric_limits<float>::infinity();
-/// Numbers of one vector register that every machine has.
-constexpr int kLanes = 4;
-using Floats [[gnu::vector_size(16)]] = float;
-using Words [[gnu::vector_size(16)]] = std::int32_t;
+/// Cost of what may go again when something near it goes.
+constexpr float kRefused = std::numeric_limits<float>::infinity();
+/// Cost of what stays for good, or is gone: neither below nor equal to any number.
+constexpr float kNever = std::numeric_limits<float>::quiet_NaN();
+/// State::touched of a cost that is a guess.
+constexpr std::uint32_t kGuessed = 0xffffffffu;
 
-/// A vertex with more triangles stays: its ring would not fit the fixed arrays.
-constexpr int kMaxRing = 32;
+constexpr std::int32_t kLanes = 8;
+/// Low bits of a cost that tell which vertex of a link it belongs to.
+constexpr std::int32_t kPlaceBits = 15;
+constexpr std::int32_t kRefusedBits = 0x7f800000;
 /// Planes through open edges, upright on the surface, count so much more than the surface's own:
 /// an outline shows more than a dent of its size.
 constexpr float kBorderWeight = 10.0f;
@@ -36,80 +41,51 @@ constexpr float kGuessShare = 0.12f;
 constexpr double kSweepShare = 0.6;
 /// Every so many vertices stand for all where costs are counted.
 constexpr std::size_t kCostStride = 4;
-/// Corners after and before a triangle's corner.
-constexpr std::array<std::uint32_t, 3> kNext{1, 2, 0}, kPrevious{2, 0, 1};
+/// So many candidates ahead of the one that is looked at, its memory is asked for, and so many
+/// ahead that of its neighbours.
+constexpr std::size_t kFarAhead = 12, kAhead = 5;
 
 }  // namespace
 
 void VertexFans::assign(std::size_t vertex_count, const std::vector<Triangle>& triangles) {
-  fans_.assign(vertex_count, {});
+  // Counts of v lie at v + 2; summed up, begins lie at v + 1, and move on to v as they are filled.
+  begins_.assign(vertex_count + 2, 0);
   for (const Triangle& t : triangles) {
-    for (const std::uint32_t v : t) ++fans_[v].capacity;
+    if (t[0] == kNone) continue;
+    for (const std::uint32_t v : t) ++begins_[v + 2];
   }
-  std::uint32_t place = 0;
-  for (Fan& fan : fans_) {
-    fan.first = place;
-    place += fan.capacity;
-  }
-  pool_.resize(place);
+  for (std::size_t v = 2; v < begins_.size(); ++v) begins_[v] += begins_[v - 1];
+  pool_.resize(begins_.back());
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
-    for (const std::uint32_t v : triangles[t]) {
-      Fan& fan = fans_[v];
-      pool_[fan.first + fan.count++] = t;
-    }
+    if (triangles[t][0] == kNone) continue;
+    for (const std::uint32_t v : triangles[t]) pool_[begins_[v + 1]++] = t;
   }
 }
 
-void VertexFans::remove(std::uint32_t vertex, std::uint32_t triangle) {
-  Fan& fan = fans_[vertex];
-  std::uint32_t* const begin = pool_.data() + fan.first;
-  // To the end whatever is found: which of the few it is cannot be foretold.
-  std::uint32_t place = 0;
-  for (std::uint32_t i = 0; i < fan.count; ++i) place = begin[i] == triangle ? i : place;
-  assert(begin[place] == triangle && "a triangle is in the fans of its vertices");
-  begin[place] = begin[--fan.count];
-}
-
-void VertexFans::add(std::uint32_t vertex, std::span<const std::uint32_t> triangles) {
-  Fan& fan = fans_[vertex];
-  const auto more = static_cast<std::uint32_t>(triangles.size());
-  if (fan.count + more > fan.capacity) {
-    const auto moved = static_cast<std::uint32_t>(pool_.size());
-    fan.capacity = fan.count + more + 2;
-    pool_.resize(pool_.size() + fan.capacity);
-    std::copy_n(pool_.data() + fan.first, fan.count, pool_.data() + moved);
-    fan.first = moved;
-  }
-  std::copy_n(triangles.data(), more, pool_.data() + fan.first + fan.count);
-  fan.count += more;
-}
-
-/// The triangles round a vertex u: triangle i is (u, next[i], prev[i]), u its corner[i]. Vectors
-/// are filled up with the last triangle again.
+/// The vertices round a vertex u, coordinates relative to u, in lanes of eight. Triangle i is
+/// (u, at[i], at[i + 1]).
 struct Simplifier::Ring {
-  int size = 0, vectors = 0;
-  std::array<std::uint32_t, kMaxRing> triangle, corner, next, prev;
-  /// Coordinates relative to u.
-  std::array<Floats, kMaxRing / kLanes> nx, ny, nz, px, py, pz, cost;
+  std::uint32_t count, triangles;
+  bool is_closed;
+  int vectors;
+  /// In order, then in order again, then filled up.
+  alignas(32) std::array<std::uint32_t, 3 * 16> at;
+  std::array<Float8, 2> x, y, z;
+  std::array<Int8, 2> cost;  ///< bits of floats not below 0, the place in the lowest four
+  /// Per triangle: from at[i] to at[i + 1]; the normal.
+  std::array<Float8, 2> ex, ey, ez, nx, ny, nz;
 
-  /// A next vertex that is no previous one: where an open chain of triangles begins; or -1.
-  int first() const {
-    for (int i = 0; i < size; ++i) {
-      if (std::find(prev.begin(), prev.begin() + size, next[i]) == prev.begin() + size) return i;
-    }
-    return -1;
+  /// The other vertices that u and at[place] do not have round them both: [begin, end) of at.
+  std::pair<std::uint32_t, std::uint32_t> others(std::uint32_t place) const {
+    if (is_closed) return {place + 2, place + count - 1};
+    return place == 0 ? std::pair{2u, count} : std::pair{0u, count - 2};
   }
-  /// A previous vertex that is no next one: where an open chain ends; or -1.
-  int last() const {
-    for (int i = 0; i < size; ++i) {
-      if (std::find(next.begin(), next.begin() + size, prev[i]) == next.begin() + size) return i;
-    }
-    return -1;
+  std::uint32_t before(std::uint32_t place) const {
+    if (is_closed) return at[place + count - 1];
+    return place == 0 ? Link::kEmpty : at[place - 1];
   }
-  float& cost_at(int i) { return reinterpret_cast<float*>(cost.data())[i]; }
-  Vec3f next_at(int i) const {
-    const std::size_t v = i / kLanes, lane = i % kLanes;
-    return {nx[v][lane], ny[v][lane], nz[v][lane]};
+  std::uint32_t after(std::uint32_t place) const {
+    return is_closed || place == 0 ? at[place + 1] : Link::kEmpty;
   }
 };
 
@@ -117,370 +93,338 @@ void Simplifier::run(SimplifyMesh& mesh, const SimplifyOptions& options) {
   mesh_ = &mesh;
   options_ = options;
   prepare();
-  for (std::uint32_t u = 0; u < mesh.positions.size(); ++u) guess(u);
   int idle = 0;
   while (live_ > options_.target_triangles && idle < 2) {
     const float bound = threshold();
-    if (bound == kNever) break;
+    if (bound == kRefused) break;
     idle = sweep(bound) == 0 ? idle + 1 : 0;
   }
-  for (std::uint32_t u = 0; u < parents_.size(); ++u) {
-    std::uint32_t top = u;
-    while (parents_[top] != top) top = parents_[top];
-    for (std::uint32_t v = u; v != top;) v = std::exchange(parents_[v], top);
-  }
+  finish();
 }
 
 void Simplifier::prepare() {
   const std::size_t count = mesh_->positions.size();
   live_ = mesh_->triangles.size();
-  sweep_ = epoch_ = 0;
-  fans_.assign(count, mesh_->triangles);
+  sweep_ = 0;
+  links_.assign(count, mesh_->triangles);
+  places_.resize(count);
+  for (std::size_t v = 0; v < count; ++v) {
+    const Vec3f p = mesh_->positions[v];
+    places_[v] = Float4{p.x, p.y, p.z, 0};
+  }
   quadrics_.assign(count, {});
+  states_.resize(count);
   kinds_.resize(count);
-  costs_.assign(count, kNever);
-  reached_.assign(count, 0);
-  targets_.assign(count, kNone);
-  touched_.assign(count, 0);
-  marks_.assign(count, 0);
+  areas_.resize(count);
+  targets_.resize(count);
+  candidates_.resize(count);
+  gone_.clear();
+  gone_.reserve(count);
   parents_.resize(count);
   for (std::uint32_t v = 0; v < count; ++v) parents_[v] = v;
   add_plane_quadrics();
-  areas_.resize(count);
-  for (std::size_t v = 0; v < count; ++v) areas_[v] = quadrics_[v].area;
   classify();
 }
 
 void Simplifier::add_plane_quadrics() {
-  const std::vector<Vec3f>& p = mesh_->positions;
   for (const Triangle& t : mesh_->triangles) {
-    const Vec3f n = cross(p[t[1]] - p[t[0]], p[t[2]] - p[t[0]]);
-    const float length = norm(n);
-    if (length == 0) continue;
-    const float w = 0.5f / length;
-    const Vec3f m = w * n;
+    const Float4 a = places_[t[1]] - places_[t[0]], b = places_[t[2]] - places_[t[0]];
+    const Float4 a_yzx = CORNICE_SHUFFLE4(a, a, 1, 2, 0, 3);
+    const Float4 b_yzx = CORNICE_SHUFFLE4(b, b, 1, 2, 0, 3);
+    const Float4 n_zxy = a * b_yzx - a_yzx * b;
+    const Float4 n = CORNICE_SHUFFLE4(n_zxy, n_zxy, 1, 2, 0, 3);
+    const Float4 square = n * n;
+    const float length = std::sqrt(square[0] + square[1] + square[2]);
+    const float w = length > 0 ? 0.5f / length : 0.0f;
+    // (x, x, y, length) times (y, z, z, length): the area comes out as the last.
+    const Float4 longer{n[0], n[1], n[2], length};
+    const Float4 squares = w * square;
+    const Float4 products = w * (CORNICE_SHUFFLE4(longer, longer, 0, 0, 1, 3) *
+                                 CORNICE_SHUFFLE4(longer, longer, 1, 2, 2, 3));
     for (const std::uint32_t v : t) {
-      Quadric& q = quadrics_[v];
-      q.xx += m.x * n.x, q.yy += m.y * n.y, q.zz += m.z * n.z;
-      q.xy += m.x * n.y, q.xz += m.x * n.z, q.yz += m.y * n.z;
-      q.area += 0.5f * length;
+      quadrics_[v].squares += squares;
+      quadrics_[v].products += products;
     }
   }
 }
 
-/// Follows the fan from triangle to triangle: one closed cycle is inside, one open chain is border.
 void Simplifier::classify() {
-  Ring ring;
   for (std::uint32_t u = 0; u < kinds_.size(); ++u) {
+    areas_[u] = quadrics_[u].products[3];
     kinds_[u] = Kind::kFixed;
-    if (mesh_->locked[u] != 0 || fans_.of(u).size() >= kMaxRing || fans_.of(u).empty()) continue;
-    gather(u, ring);
-    const int first = ring.first();
-    const int start = std::max(first, 0);
-    int steps = 1;
-    std::uint32_t at = ring.prev[start], passed = 1u << start;
-    for (; steps < ring.size; ++steps) {
-      int following = -1;
-      for (int i = 0; i < ring.size; ++i) following = ring.next[i] == at ? i : following;
-      if (following < 0 || (passed >> following & 1) != 0) break;
-      passed |= 1u << following;
-      at = ring.prev[following];
-    }
-    const bool closed = at == ring.next[start];
-    if (steps != ring.size || closed != (first < 0) || (closed && ring.size < 3)) continue;
-    // A chain may also end at its own middle.
-    if (!closed && ring.last() < 0) continue;
-    kinds_[u] = closed ? Kind::kInside : Kind::kBorder;
+    states_[u] = {kNever, 0};
+    if (mesh_->locked[u] != 0) continue;
+    const Fan fan = links_.fan(u);
+    if (fan == Fan::kNone) continue;
+    kinds_[u] = fan == Fan::kClosed ? Kind::kInside : Kind::kBorder;
+    if (fan == Fan::kOpen && !links_.of(u).is_loose()) add_border_quadric(u);
+    states_[u] = {guess(u), kGuessed};
   }
-  add_border_quadrics();
 }
 
-void Simplifier::add_border_quadrics() {
+/// Planes through the two open edges of a border vertex.
+void Simplifier::add_border_quadric(std::uint32_t u) {
   const std::vector<Vec3f>& p = mesh_->positions;
-  Ring ring;
-  for (std::uint32_t u = 0; u < kinds_.size(); ++u) {
-    if (kinds_[u] != Kind::kBorder) continue;
-    gather(u, ring);
-    const int first = ring.first(), last = ring.last();
-    const auto add = [&](int triangle, std::uint32_t end) {
-      const Vec3f edge = p[end] - p[u];
-      const Vec3f n =
-          cross(edge, cross(p[ring.next[triangle]] - p[u], p[ring.prev[triangle]] - p[u]));
-      const float square = dot(n, n);
-      if (square == 0) return;
-      const float w = kBorderWeight * dot(edge, edge) / square;
-      Quadric& q = quadrics_[u];
-      q.xx += w * n.x * n.x, q.yy += w * n.y * n.y, q.zz += w * n.z * n.z;
-      q.xy += w * n.x * n.y, q.xz += w * n.x * n.z, q.yz += w * n.y * n.z;
-    };
-    add(first, ring.next[first]);
-    add(last, ring.prev[last]);
-  }
-}
-
-void Simplifier::gather(std::uint32_t u, Ring& ring) const {
-  const std::span<const std::uint32_t> fan = fans_.of(u);
-  ring.size = static_cast<int>(fan.size());
-  for (int i = 0; i < ring.size; ++i) {
-    const Triangle& t = mesh_->triangles[fan[i]];
-    // Without branches: which corner it is cannot be foretold.
-    const std::uint32_t corner = (t[1] == u) + 2u * (t[2] == u);
-    ring.triangle[i] = fan[i];
-    ring.corner[i] = corner;
-    ring.next[i] = t[kNext[corner]];
-    ring.prev[i] = t[kPrevious[corner]];
-  }
-}
-
-void Simplifier::locate(std::uint32_t u, Ring& ring) const {
-  const Vec3f* const p = mesh_->positions.data();
-  const Vec3f at = p[u];
-  for (int i = ring.size; i % kLanes != 0; ++i) {
-    ring.next[i] = ring.next[ring.size - 1];
-    ring.prev[i] = ring.prev[ring.size - 1];
-  }
-  ring.vectors = (ring.size + kLanes - 1) / kLanes;
-  for (int v = 0; v < ring.vectors; ++v) {
-    const std::uint32_t* const n = &ring.next[v * kLanes];
-    const std::uint32_t* const q = &ring.prev[v * kLanes];
-    ring.nx[v] = Floats{p[n[0]].x, p[n[1]].x, p[n[2]].x, p[n[3]].x} - at.x;
-    ring.ny[v] = Floats{p[n[0]].y, p[n[1]].y, p[n[2]].y, p[n[3]].y} - at.y;
-    ring.nz[v] = Floats{p[n[0]].z, p[n[1]].z, p[n[2]].z, p[n[3]].z} - at.z;
-    ring.px[v] = Floats{p[q[0]].x, p[q[1]].x, p[q[2]].x, p[q[3]].x} - at.x;
-    ring.py[v] = Floats{p[q[0]].y, p[q[1]].y, p[q[2]].y, p[q[3]].y} - at.y;
-    ring.pz[v] = Floats{p[q[0]].z, p[q[1]].z, p[q[2]].z, p[q[3]].z} - at.z;
-  }
-}
-
-/// Cost of becoming each next vertex of the ring.
-void Simplifier::price(std::uint32_t u, Ring& ring) const {
-  const Quadric& q = quadrics_[u];
-  const float length_weight = kLengthWeight * q.area;
-  for (int v = 0; v < ring.vectors; ++v) {
-    const Floats x = ring.nx[v], y = ring.ny[v], z = ring.nz[v];
-    const Floats ax = q.xx * x + q.xy * y + q.xz * z + 2 * q.bx;
-    const Floats ay = q.xy * x + q.yy * y + q.yz * z + 2 * q.by;
-    const Floats az = q.xz * x + q.yz * y + q.zz * z + 2 * q.bz;
-    const Floats plane = x * ax + y * ay + z * az + q.c;
-    const Words above = plane > Floats{};
-    ring.cost[v] = (above ? plane : Floats{}) + length_weight * (x * x + y * y + z * z);
-  }
-  if (mesh_->further.empty()) return;
-  for (int i = 0; i < ring.size; ++i) {
-    float square = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const float d = mesh_->further[ring.next[i]][k] - mesh_->further[u][k];
-      square += d * d;
-    }
-    ring.cost_at(i) += q.area * square;
-  }
-}
-
-/// Whether a triangle of the ring would turn over, or lose its area, with u at the ring's target-th
-/// next vertex.
-bool Simplifier::folds(int target, const Ring& ring) const {
-  const Vec3f at = ring.next_at(target);
-  const float tx = at.x, ty = at.y, tz = at.z;
-  const auto name = static_cast<std::int32_t>(ring.next[target]);
-  const Words in_plan = Words{} - static_cast<std::int32_t>(options_.in_plan);
-  Words bad{};
-  for (int v = 0; v < ring.vectors; ++v) {
-    const Floats nx = ring.nx[v], ny = ring.ny[v], nz = ring.nz[v];
-    const Floats px = ring.px[v], py = ring.py[v], pz = ring.pz[v];
-    const Floats ox = ny * pz - nz * py, oy = nz * px - nx * pz, oz = nx * py - ny * px;
-    const Floats ax = nx - tx, ay = ny - ty, az = nz - tz;
-    const Floats bx = px - tx, by = py - ty, bz = pz - tz;
-    const Floats mx = ay * bz - az * by, my = az * bx - ax * bz, mz = ax * by - ay * bx;
-    const Floats along = ox * mx + oy * my + oz * mz;
-    const Floats old_square = ox * ox + oy * oy + oz * oz;
-    const Floats squares = old_square * (mx * mx + my * my + mz * mz);
-    Words next, prev;
-    std::memcpy(&next, &ring.next[v * kLanes], sizeof next);
-    std::memcpy(&prev, &ring.prev[v * kLanes], sizeof prev);
-    const Words gone = (next == name) | (prev == name);
-    const Words turns_little = (along > 0) & (along * along > kTurnCosineSq * squares);
-    const Words turned = (old_square > 0) & ~turns_little;
-    const Words down = in_plan & (oz > 0) & ~(mz > 0);
-    bad |= ~gone & (turned | down);
-  }
-  return (bad[0] | bad[1] | bad[2] | bad[3]) != 0;
+  const Link& link = links_.of(u);
+  const std::uint32_t last = link.count() - 1;
+  const auto add = [&](std::uint32_t end, std::uint32_t next, std::uint32_t previous) {
+    const Vec3f edge = p[end] - p[u];
+    const Vec3f n = cross(edge, cross(p[next] - p[u], p[previous] - p[u]));
+    const float square = dot(n, n);
+    if (square == 0) return;
+    const float w = kBorderWeight * dot(edge, edge) / square;
+    Quadric& q = quadrics_[u];
+    q.squares += Float4{w * n.x * n.x, w * n.y * n.y, w * n.z * n.z, 0};
+    q.products += Float4{w * n.x * n.y, w * n.x * n.z, w * n.y * n.z, 0};
+  };
+  add(link.at[0], link.at[0], link.at[1]);
+  add(link.at[last], link.at[last - 1], link.at[last]);
 }
 
 /// A cost before anything is looked at, so that vertices that stay are never evaluated: for a step
 /// as long as the fan is wide, along the surface in any direction. With the eigenvalues a >= b >= c
 /// of A, trace^2 - |A|^2 is 2 (ab + ac + bc), about 2a (b + c); a is about the area.
-void Simplifier::guess(std::uint32_t u) {
-  if (kinds_[u] == Kind::kFixed) return;
+float Simplifier::guess(std::uint32_t u) const {
   const Quadric& q = quadrics_[u];
-  const float trace = q.xx + q.yy + q.zz;
+  const Float4 s = q.squares, m = q.products;
+  const float trace = s[0] + s[1] + s[2];
   const float square =
-      q.xx * q.xx + q.yy * q.yy + q.zz * q.zz + 2 * (q.xy * q.xy + q.xz * q.xz + q.yz * q.yz);
+      s[0] * s[0] + s[1] * s[1] + s[2] * s[2] + 2 * (m[0] * m[0] + m[1] * m[1] + m[2] * m[2]);
   const float bent = trace > 0 ? std::max(trace * trace - square, 0.0f) / trace : 0.0f;
-  costs_[u] = kGuessShare * bent * q.area;
-  touched_[u] = kNone;
+  return kGuessShare * bent * m[3];
 }
 
-/// Finds what u should become and what that costs; `ring` is left as gather() leaves it.
-void Simplifier::evaluate(std::uint32_t u, bool check_link, Ring& ring) {
-  touched_[u] = 0;
-  costs_[u] = kNever;
-  if (kinds_[u] == Kind::kFixed || fans_.of(u).size() >= kMaxRing || fans_.of(u).empty()) return;
-  gather(u, ring);
-  const int size = ring.size;
-  if (kinds_[u] == Kind::kBorder) {
-    // A border vertex may only move along the border. The one end of the chain is a next vertex
-    // anyway, the other is made one: of a triangle without area, which folds() passes over.
-    const int first = ring.first(), last = ring.last();
-    if (first < 0 || last < 0) return;
-    ring.next[size] = ring.prev[size] = ring.prev[last];
-    ring.size = size + 1;
-    locate(u, ring);
-    price(u, ring);
-    for (int i = 0; i < size; ++i) ring.cost_at(i) = i == first ? ring.cost_at(i) : kNever;
-  } else {
-    locate(u, ring);
-    price(u, ring);
+CORNICE_INLINE void Simplifier::gather(std::uint32_t u, Ring& ring) const {
+  const Link& link = links_.of(u);
+  const auto count = static_cast<std::int32_t>(link.count());
+  ring.count = link.count();
+  ring.is_closed = link.is_closed();
+  ring.triangles = ring.count - !ring.is_closed;
+  ring.vectors = count > kLanes ? 2 : 1;
+  const auto filling = static_cast<std::int32_t>(ring.is_closed ? link.at[0] : link.at[count - 1]);
+  const Int8 fill = Int8{} + filling;
+  Int8 low, high;
+  load_lanes(link.at, low);
+  load_lanes(link.at + 8, high);
+  const Int8 low_filled = kLaneNumbers < count ? low : fill;
+  const Int8 high_filled = kLaneNumbers + 8 < count ? high : fill;
+  store_lanes(ring.at.data(), low_filled);
+  store_lanes(ring.at.data() + 8, high_filled);
+  store_lanes(ring.at.data() + count, low_filled);
+  store_lanes(ring.at.data() + count + 8, high_filled);
+}
+
+CORNICE_INLINE void Simplifier::locate(std::uint32_t u, Ring& ring) const {
+  const Float4 at = places_[u];
+  for (int v = 0; v < ring.vectors; ++v) {
+    gather_points(places_.data(), &ring.at[v * kLanes], ring.x[v], ring.y[v], ring.z[v]);
+    ring.x[v] -= at[0];
+    ring.y[v] -= at[1];
+    ring.z[v] -= at[2];
   }
-  choose(u, check_link, ring);
-  ring.size = size;
-}
-
-/// Takes the cheapest of the ring's next vertices that u may become.
-void Simplifier::choose(std::uint32_t u, bool check_link, Ring& ring) {
-  const float error_bound = options_.max_error * options_.max_error * quadrics_[u].area;
-  const float reach = options_.reach - reached_[u];
-  for (int tries = 0; tries < ring.size; ++tries) {
-    int best = 0;
-    float cost = ring.cost_at(0);
-    for (int i = 1; i < ring.size; ++i) {
-      const float other = ring.cost_at(i);
-      best = other < cost ? i : best;
-      cost = std::min(other, cost);
-    }
-    if (!(cost <= error_bound) || cost == kNever) return;
-    const Vec3f d = ring.next_at(best);
-    const float plan = std::max(std::abs(d.x), std::abs(d.y));
-    const float far = options_.in_plan ? plan : std::max(plan, std::abs(d.z));
-    if (far <= reach && !folds(best, ring) && (!check_link || allowed(u, ring.next[best], ring))) {
-      costs_[u] = cost;
-      targets_[u] = ring.next[best];
-      return;
-    }
-    ring.cost_at(best) = kNever;
+  for (int v = 0; v < ring.vectors; ++v) {
+    const int w = ring.vectors - 1 - v;
+    const Float8 x = ring.x[v], y = ring.y[v], z = ring.z[v];
+    Float8 px, py, pz;
+    one_on(x, ring.x[w], px);
+    one_on(y, ring.y[w], py);
+    one_on(z, ring.z[w], pz);
+    ring.ex[v] = px - x, ring.ey[v] = py - y, ring.ez[v] = pz - z;
+    ring.nx[v] = y * pz - z * py, ring.ny[v] = z * px - x * pz, ring.nz[v] = x * py - y * px;
   }
 }
 
-/// Whether u may become `target` as far as the neighbours' connections go: the two may share no
+/// Costs of becoming each vertex of the ring.
+CORNICE_INLINE void Simplifier::price(std::uint32_t u, Ring& ring) const {
+  const Quadric& q = quadrics_[u];
+  const Float4 s = q.squares, m = q.products, r = q.rest;
+  const float length_weight = kLengthWeight * m[3];
+  const auto count = static_cast<std::int32_t>(ring.count);
+  for (int v = 0; v < ring.vectors; ++v) {
+    const Float8 x = ring.x[v], y = ring.y[v], z = ring.z[v];
+    const Float8 ax = s[0] * x + m[0] * y + m[1] * z + 2 * r[0];
+    const Float8 ay = m[0] * x + s[1] * y + m[2] * z + 2 * r[1];
+    const Float8 az = m[1] * x + m[2] * y + s[2] * z + 2 * r[2];
+    const Float8 plane = x * ax + y * ay + z * az + r[3];
+    const Int8 above = plane > Float8{};
+    const Float8 cost = (above ? plane : Float8{}) + length_weight * (x * x + y * y + z * z);
+    const Int8 place = kLaneNumbers + kLanes * v;
+    Int8 bits;
+    load_lanes(&cost, bits);
+    bits = (bits & ~kPlaceBits) | place;
+    // Along the border alone, at one of the two ends of the fan.
+    const Int8 open = Int8{} - static_cast<std::int32_t>(!ring.is_closed);
+    const Int8 possible = (place < count) & (~open | (place == 0) | (place == count - 1));
+    ring.cost[v] = possible ? bits : Int8{} + kRefusedBits;
+  }
+  if (!mesh_->further.empty()) price_further(u, ring);
+}
+
+/// Adds what colours or textures cost.
+void Simplifier::price_further(std::uint32_t u, Ring& ring) const {
+  for (std::uint32_t i = 0; i < ring.count; ++i) {
+    float square = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const float d = mesh_->further[ring.at[i]][k] - mesh_->further[u][k];
+      square += d * d;
+    }
+    Int8& lanes = ring.cost[i / kLanes];
+    const std::int32_t bits = lanes[i % kLanes];
+    if (bits == kRefusedBits) continue;
+    const float cost = std::bit_cast<float>(bits) + quadrics_[u].products[3] * square;
+    lanes[i % kLanes] =
+        (std::bit_cast<std::int32_t>(cost) & ~kPlaceBits) | static_cast<std::int32_t>(i);
+  }
+}
+
+/// Whether a triangle of the ring would turn over, or lose its area, with u at the ring's place.
+CORNICE_INLINE bool Simplifier::folds(std::uint32_t place, const Ring& ring) const {
+  const Float4 to = places_[ring.at[place]];
+  const std::size_t of = place / kLanes, lane = place % kLanes;
+  (void)to;
+  const float tx = ring.x[of][lane], ty = ring.y[of][lane], tz = ring.z[of][lane];
+  const Int8 in_plan = Int8{} - static_cast<std::int32_t>(options_.in_plan);
+  const auto first = static_cast<std::int32_t>(place);
+  const auto second = static_cast<std::int32_t>(place == 0 ? ring.count - 1 : place - 1);
+  const auto triangles = static_cast<std::int32_t>(ring.triangles);
+  Int8 bad{};
+  for (int v = 0; v < ring.vectors; ++v) {
+    const Float8 nx = ring.nx[v], ny = ring.ny[v], nz = ring.nz[v];
+    const Float8 ex = ring.ex[v], ey = ring.ey[v], ez = ring.ez[v];
+    // (p - t) x (q - t) = p x q - t x (q - p).
+    const Float8 mx = nx - (ty * ez - tz * ey);
+    const Float8 my = ny - (tz * ex - tx * ez);
+    const Float8 mz = nz - (tx * ey - ty * ex);
+    const Float8 along = nx * mx + ny * my + nz * mz;
+    const Float8 old_square = nx * nx + ny * ny + nz * nz;
+    const Float8 squares = old_square * (mx * mx + my * my + mz * mz);
+    const Int8 turns_little = (along > 0) & (along * along > kTurnCosineSq * squares);
+    const Int8 turned = (old_square > 0) & ~turns_little;
+    const Int8 down = in_plan & (nz > 0) & ~(mz > 0);
+    const Int8 triangle = kLaneNumbers + kLanes * v;
+    const Int8 stays = (triangle < triangles) & (triangle != first) & (triangle != second);
+    bad |= stays & (turned | down);
+  }
+  return or_of_lanes(bad) != 0;
+}
+
+/// Distance from u to a vertex that it may become.
+CORNICE_INLINE float Simplifier::way(std::uint32_t u, std::uint32_t target) const {
+  const Float4 d = places_[target] - places_[u];
+  const float plan = std::max(std::abs(d[0]), std::abs(d[1]));
+  return options_.in_plan ? plan : std::max(plan, std::abs(d[2]));
+}
+
+/// Whether u may become at[place] as far as the neighbours' connections go: the two may share no
 /// neighbours but those of the triangles that go, and no triangle may come to be there twice. An
 /// edge that is new between two locked vertices may be there already in the next block.
-bool Simplifier::allowed(std::uint32_t u, std::uint32_t target, const Ring& ring) {
-  ++epoch_;
-  std::array<std::uint32_t, kMaxRing + 1> opposite;
-  opposite[0] = opposite[1] = kNone;
-  std::size_t shared = 0;
-  for (int i = 0; i < ring.size; ++i) {
-    const std::uint32_t next = ring.next[i], prev = ring.prev[i];
-    marks_[next] = marks_[prev] = epoch_;
-    const bool is_next = next == target, is_prev = prev == target;
-    opposite[shared] = is_next ? prev : (is_prev ? next : opposite[shared]);
-    shared += (is_next | is_prev) & (next != prev);
-  }
-  if (shared == 0 || shared > 2) return false;
-  if (shared == 1) opposite[1] = kNone;
-  // Nobody may be left without a triangle: the last of a part of the surface stay.
-  for (std::size_t k = 0; k < shared; ++k) {
-    if (fans_.of(opposite[k]).size() < 2) return false;
-  }
-  if (fans_.of(target).size() == shared && fans_.of(u).size() == shared) return false;
-  marks_[target] = 0;
-  bool meets = false;
-  for (const std::uint32_t t : fans_.of(target)) {
-    const Triangle& triangle = mesh_->triangles[t];
-    const std::size_t corner = (triangle[1] == target) + 2 * (triangle[2] == target);
-    const std::uint32_t next = triangle[kNext[corner]], prev = triangle[kPrevious[corner]];
-    const bool next_met = marks_[next] == epoch_, prev_met = marks_[prev] == epoch_;
-    const bool has_u = (next == u) | (prev == u);
-    meets |= next_met & (next != opposite[0]) & (next != opposite[1]);
-    meets |= prev_met & (prev != opposite[0]) & (prev != opposite[1]);
-    meets |= next_met & prev_met & !has_u;
-  }
-  if (meets) return false;
-  if (mesh_->locked[target] == 0) return true;
-  for (int i = 0; i < ring.size; ++i) {
-    for (const std::uint32_t v : {ring.next[i], ring.prev[i]}) {
-      if (v != target && mesh_->locked[v] != 0 && v != opposite[0] && v != opposite[1]) {
-        return false;
-      }
+CORNICE_INLINE bool Simplifier::allowed(std::uint32_t u, std::uint32_t place,
+                                        const Ring& ring) const {
+  const std::uint32_t target = ring.at[place];
+  const auto [begin, end] = ring.others(place);
+  if (links_.has_any(target, {&ring.at[begin], end - begin})) return false;
+  const std::uint32_t before = ring.before(place), after = ring.after(place);
+  const Link& link = links_.of(target);
+  if (ring.is_closed) {
+    // In a tight link the two are next to each other only where there is one more vertex.
+    if (link.is_loose() ? links_.has_triangle(target, before, after)
+                        : link.is_closed() && link.count() == 3) {
+      return false;
     }
+  } else if (ring.triangles == 1 && links_.triangle_count(target) == 1) {
+    return false;
   }
+  // Nobody may be left without a triangle: the last of a part of the surface stay.
+  if (before != Link::kEmpty && links_.triangle_count(before) < 2) return false;
+  if (after != Link::kEmpty && links_.triangle_count(after) < 2) return false;
+  if (mesh_->locked[target] == 0) return true;
+  for (std::uint32_t i = begin; i < end; ++i) {
+    if (mesh_->locked[ring.at[i]] != 0) return false;
+  }
+  (void)u;
   return true;
 }
 
-/// u becomes its target, `ring` being what gather() found. False where that may not be; u then has
-/// another target, or none.
-bool Simplifier::collapse(std::uint32_t u, Ring& ring) {
-  if (!allowed(u, targets_[u], ring)) {
-    evaluate(u, true, ring);
-    return false;
-  }
-  const std::uint32_t target = targets_[u];
-  std::array<std::uint32_t, kMaxRing> kept;
-  std::size_t kept_count = 0;
-  for (int i = 0; i < ring.size; ++i) {
-    const std::uint32_t next = ring.next[i], prev = ring.prev[i];
-    for (const std::uint32_t v : {next, prev}) {
-      touched_[v] = sweep_;
-      // What could not go before may be able to now.
-      if (costs_[v] == kNever && kinds_[v] != Kind::kFixed) costs_[v] = 0;
+/// Finds what u should become and what that costs; `ring` is of u then. Whether there is anything.
+CORNICE_INLINE bool Simplifier::evaluate(std::uint32_t u, bool check_links, Ring& ring) {
+  states_[u] = {kRefused, 0};
+  if (links_.of(u).is_loose() && !links_.tighten(u)) return false;
+  gather(u, ring);
+  locate(u, ring);
+  price(u, ring);
+  const float error_bound = options_.max_error * options_.max_error * quadrics_[u].products[3];
+  const float reach = options_.reach - places_[u][3];
+  for (;;) {
+    Int8 least = ring.cost[0];
+    if (ring.vectors == 2) least = ring.cost[1] < least ? ring.cost[1] : least;
+    const std::int32_t bits = least_of_lanes(least);
+    if (bits == kRefusedBits) return false;
+    const float cost = std::bit_cast<float>(bits & ~kPlaceBits);
+    if (!(cost <= error_bound)) return false;
+    const auto place = static_cast<std::uint32_t>(bits & kPlaceBits);
+    if (way(u, ring.at[place]) <= reach && !folds(place, ring) &&
+        (!check_links || allowed(u, place, ring))) {
+      states_[u].cost = cost;
+      targets_[u] = place;
+      return true;
     }
-    const bool gone = (next == target) | (prev == target);
-    kept[kept_count] = ring.triangle[i];
-    kept_count += !gone;
-    mesh_->triangles[ring.triangle[i]][ring.corner[i]] = target;
-    if (!gone) continue;
-    fans_.remove(target, ring.triangle[i]);
-    fans_.remove(next == target ? prev : next, ring.triangle[i]);
-    mesh_->triangles[ring.triangle[i]] = {kNone, kNone, kNone};
-    --live_;
+    const Int8 refused = Int8{} + kRefusedBits;
+    ring.cost[0] = ring.cost[0] == bits ? refused : ring.cost[0];
+    ring.cost[1] = ring.cost[1] == bits ? refused : ring.cost[1];
   }
-  fans_.add(target, {kept.data(), kept_count});
+}
+
+/// u becomes its target, `ring` being what gather() found. False where that may not be.
+CORNICE_INLINE bool Simplifier::collapse(std::uint32_t u, Ring& ring) {
+  const std::uint32_t place = targets_[u], target = ring.at[place];
+  if (!allowed(u, place, ring)) return false;
+  for (std::uint32_t i = 0; i < ring.count; ++i) {
+    State& state = states_[ring.at[i]];
+    // What could not go before may be able to now.
+    state = {state.cost == kRefused ? 0.0f : state.cost, sweep_};
+  }
+  const auto [begin, end] = ring.others(place);
+  for (std::uint32_t i = begin; i < end; ++i) links_.rename(ring.at[i], u, target);
+  const std::uint32_t before = ring.before(place), after = ring.after(place);
+  if (before != Link::kEmpty) links_.erase(before, u, target);
+  if (after != Link::kEmpty) links_.erase(after, u, target);
+  links_.merge(target, u, {&ring.at[begin], end - begin}, after, before);
+  live_ -= ring.is_closed ? 2 : 1;
   add_quadric(u, target);
   parents_[u] = target;
-  costs_[u] = kNever;
-  targets_[u] = kNone;
+  states_[u].cost = kNever;
+  gone_.push_back(u);
   return true;
 }
 
 /// The target's quadric takes on that of u, moved to the target's own place.
-void Simplifier::add_quadric(std::uint32_t u, std::uint32_t target) {
-  const Vec3f d = mesh_->positions[target] - mesh_->positions[u];
-  const float plan = std::max(std::abs(d.x), std::abs(d.y));
-  const float far = options_.in_plan ? plan : std::max(plan, std::abs(d.z));
-  reached_[target] = std::max(reached_[target], reached_[u] + far);
+CORNICE_INLINE void Simplifier::add_quadric(std::uint32_t u, std::uint32_t target) {
+  const Float4 d = places_[target] - places_[u];
+  places_[target][3] = std::max(places_[target][3], places_[u][3] + way(u, target));
   const Quadric& from = quadrics_[u];
   Quadric& to = quadrics_[target];
-  const Vec3f a{from.xx * d.x + from.xy * d.y + from.xz * d.z,
-                from.xy * d.x + from.yy * d.y + from.yz * d.z,
-                from.xz * d.x + from.yz * d.y + from.zz * d.z};
-  to.c += dot(d, a) + 2 * (from.bx * d.x + from.by * d.y + from.bz * d.z) + from.c;
-  to.bx += a.x + from.bx, to.by += a.y + from.by, to.bz += a.z + from.bz;
-  to.xx += from.xx, to.yy += from.yy, to.zz += from.zz;
-  to.xy += from.xy, to.xz += from.xz, to.yz += from.yz;
-  to.area += from.area;
+  const Float4 s = from.squares, m = from.products, r = from.rest;
+  const Vec3f a{s[0] * d[0] + m[0] * d[1] + m[1] * d[2], m[0] * d[0] + s[1] * d[1] + m[2] * d[2],
+                m[1] * d[0] + m[2] * d[1] + s[2] * d[2]};
+  const float c =
+      (d[0] * a.x + d[1] * a.y + d[2] * a.z) + 2 * (r[0] * d[0] + r[1] * d[1] + r[2] * d[2]);
+  to.squares += s;
+  to.products += m;
+  to.rest += r + Float4{a.x, a.y, a.z, c};
 }
 
 /// Cost that as many vertices are below as the next sweep should take, to an eighth of a power of
-/// two; kNever where nothing is left.
+/// two; kRefused where nothing is left.
 float Simplifier::threshold() {
   std::array<std::uint32_t, 2048> counts{};
   std::size_t candidates = 0;
-  const std::size_t stride = costs_.size() < 1000 ? 1 : kCostStride;
-  for (std::size_t v = 0; v < costs_.size(); v += stride) {
-    if (costs_[v] == kNever) continue;
-    ++counts[std::bit_cast<std::uint32_t>(costs_[v]) >> 20];
+  const std::size_t stride = states_.size() < 1000 ? 1 : kCostStride;
+  for (std::size_t v = 0; v < states_.size(); v += stride) {
+    if (!(states_[v].cost < kRefused)) continue;
+    ++counts[std::bit_cast<std::uint32_t>(states_[v].cost) >> 20];
     ++candidates;
   }
-  if (candidates == 0) return stride == 1 ? kNever : std::numeric_limits<float>::max();
+  if (candidates == 0) return stride == 1 ? kRefused : std::numeric_limits<float>::max();
   const std::size_t wanted = (live_ - options_.target_triangles + 1) / 2 / stride + 1;
   const auto share = static_cast<std::size_t>(kSweepShare * static_cast<double>(candidates)) + 1;
   std::size_t sum = 0;
@@ -490,25 +434,69 @@ float Simplifier::threshold() {
       return std::nextafter(std::bit_cast<float>((bin + 1) << 20), 0.0f);
     }
   }
-  return kNever;
+  return kRefused;
+}
+
+/// Asks for the memory that candidates after the i-th will need.
+CORNICE_INLINE void Simplifier::prefetch(std::size_t i, std::size_t count) const {
+  const std::uint32_t far = candidates_[std::min(i + kFarAhead, count - 1)];
+  links_.prefetch(far);
+  __builtin_prefetch(&quadrics_[far]);
+  __builtin_prefetch(&quadrics_[far].rest);
+  const std::uint32_t near = candidates_[std::min(i + kAhead, count - 1)];
+  const Link& link = links_.of(near);
+  for (std::size_t k = 0; k < 6; ++k) {
+    // What is no vertex is not asked for either: kEmpty lies far behind.
+    const std::uint32_t v = link.at[k] < places_.size() ? link.at[k] : near;
+    links_.prefetch(v);
+    __builtin_prefetch(&places_[v]);
+    __builtin_prefetch(&states_[v]);
+    __builtin_prefetch(&quadrics_[v]);
+  }
 }
 
 /// Collapses what costs no more than the bound, in order of memory. Returns how many.
-std::size_t Simplifier::sweep(float bound) {
+CORNICE_CLONES std::size_t Simplifier::sweep(float bound) {
   ++sweep_;
+  std::size_t count = 0;
+  for (std::uint32_t u = 0; u < states_.size(); ++u) {
+    candidates_[count] = u;
+    count += states_[u].cost <= bound;
+  }
   std::size_t collapsed = 0;
   Ring ring;
-  for (std::uint32_t u = 0; u < costs_.size() && live_ > options_.target_triangles; ++u) {
-    if (!(costs_[u] <= bound) || touched_[u] == sweep_) continue;
-    if (touched_[u] != 0) {
-      evaluate(u, false, ring);
-      if (!(costs_[u] <= bound)) continue;
+  for (std::size_t i = 0; i < count && live_ > options_.target_triangles; ++i) {
+    prefetch(i, count);
+    const std::uint32_t u = candidates_[i];
+    if (states_[u].touched == sweep_) continue;
+    if (states_[u].touched != 0) {
+      if (!evaluate(u, false, ring) || !(states_[u].cost <= bound)) continue;
     } else {
       gather(u, ring);
     }
-    collapsed += collapse(u, ring);
+    if (collapse(u, ring)) {
+      ++collapsed;
+    } else {
+      evaluate(u, true, ring);
+    }
   }
   return collapsed;
+}
+
+/// What each vertex became in the end, and the triangles that are left.
+void Simplifier::finish() {
+  // Whatever a vertex became went later, or not at all.
+  for (auto u = gone_.rbegin(); u != gone_.rend(); ++u) parents_[*u] = parents_[parents_[*u]];
+  std::size_t left = 0;
+  for (Triangle& t : mesh_->triangles) {
+    const Triangle now{parents_[t[0]], parents_[t[1]], parents_[t[2]]};
+    const bool is_gone = (now[0] == now[1]) | (now[1] == now[2]) | (now[2] == now[0]);
+    t = is_gone ? Triangle{kNone, kNone, kNone} : now;
+    left += !is_gone;
+  }
+  assert(left == live_ && "collapses take away what they count");
+  live_ = left;
+  fans_.assign(mesh_->positions.size(), mesh_->triangles);
 }
 
 }  // namespace cornice::hlod

@@ -14,6 +14,7 @@
 
 #include "core/base/vec.h"
 #include "core/mesh/topology.h"
+#include "hlod/simplify_links.h"
 
 namespace cornice::hlod {
 
@@ -43,22 +44,17 @@ struct SimplifyOptions {
   float max_error = std::numeric_limits<float>::infinity();
 };
 
-/// Which triangles have a vertex; changes as they collapse.
+/// Which triangles have a vertex.
 class VertexFans {
  public:
+  /// Triangles that name kNone are none.
   void assign(std::size_t vertex_count, const std::vector<Triangle>& triangles);
   std::span<const std::uint32_t> of(std::uint32_t vertex) const {
-    return {pool_.data() + fans_[vertex].first, fans_[vertex].count};
+    return {pool_.data() + begins_[vertex], begins_[vertex + 1] - begins_[vertex]};
   }
-  void remove(std::uint32_t vertex, std::uint32_t triangle);
-  void add(std::uint32_t vertex, std::span<const std::uint32_t> triangles);
 
  private:
-  struct Fan {
-    std::uint32_t first = 0, count = 0, capacity = 0;
-  };
-  std::vector<Fan> fans_;
-  std::vector<std::uint32_t> pool_;
+  std::vector<std::uint32_t> begins_, pool_;
 };
 
 /// Keeps its memory from block to block. Thread contract: one thread at a time.
@@ -74,6 +70,7 @@ class Simplifier {
   const std::vector<std::uint32_t>& parents() const { return parents_; }
   /// Of each vertex the area of its triangles before any collapsed.
   const std::vector<float>& areas() const { return areas_; }
+  /// The triangles that are left.
   const VertexFans& fans() const { return fans_; }
   std::size_t triangle_count() const { return live_; }
   /// Whether a vertex was on a border of the surface before it went.
@@ -86,9 +83,14 @@ class Simplifier {
   /// by area, as a function of d = point - own vertex: d'Ad + 2b'd + c. About the vertex itself
   /// floats are exact enough for any block.
   struct Quadric {
-    float xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;
-    float bx = 0, by = 0, bz = 0, c = 0;
-    float area = 0, unused = 0;
+    Float4 squares{};   ///< xx, yy, zz, unused
+    Float4 products{};  ///< xy, xz, yz, area
+    Float4 rest{};      ///< b, c
+  };
+  /// What a vertex would cost, and in which sweep a neighbour of it went last.
+  struct State {
+    float cost;
+    std::uint32_t touched;
   };
   struct Ring;
   enum class Kind : std::uint8_t { kInside, kBorder, kFixed };
@@ -96,29 +98,35 @@ class Simplifier {
   void prepare();
   void add_plane_quadrics();
   void classify();
-  void add_border_quadrics();
+  void add_border_quadric(std::uint32_t u);
+  float guess(std::uint32_t u) const;
   void gather(std::uint32_t u, Ring& ring) const;
   void locate(std::uint32_t u, Ring& ring) const;
   void price(std::uint32_t u, Ring& ring) const;
-  bool folds(int target, const Ring& ring) const;
-  bool allowed(std::uint32_t u, std::uint32_t target, const Ring& ring);
-  void guess(std::uint32_t u);
-  void evaluate(std::uint32_t u, bool check_link, Ring& ring);
-  void choose(std::uint32_t u, bool check_link, Ring& ring);
+  void price_further(std::uint32_t u, Ring& ring) const;
+  bool folds(std::uint32_t place, const Ring& ring) const;
+  bool allowed(std::uint32_t u, std::uint32_t place, const Ring& ring) const;
+  float way(std::uint32_t u, std::uint32_t target) const;
+  bool evaluate(std::uint32_t u, bool check_links, Ring& ring);
   bool collapse(std::uint32_t u, Ring& ring);
   void add_quadric(std::uint32_t u, std::uint32_t target);
   float threshold();
-  std::size_t sweep(float threshold);
+  std::size_t sweep(float bound);
+  void prefetch(std::size_t i, std::size_t count) const;
+  void finish();
 
   SimplifyMesh* mesh_ = nullptr;
   SimplifyOptions options_;
   std::size_t live_ = 0;
-  std::uint32_t sweep_ = 0, epoch_ = 0;
+  std::uint32_t sweep_ = 0;
+  VertexLinks links_;
   VertexFans fans_;
+  std::vector<Float4> places_;  ///< x, y, z; the longest way of what the vertex stands for
   std::vector<Quadric> quadrics_;
+  std::vector<State> states_;
   std::vector<Kind> kinds_;
-  std::vector<float> areas_, costs_, reached_;
-  std::vector<std::uint32_t> targets_, touched_, marks_, parents_;
+  std::vector<float> areas_;
+  std::vector<std::uint32_t> targets_, candidates_, gone_, parents_;
 };
 
 }  // namespace cornice::hlod
