@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "terrain-viewer/app/go_to.h"
 
+#include <utility>
+
 #include "core/geo/crs.h"
-#include "core/geo/globe.h"
+#include "core/geo/transform.h"
 
 namespace cornice::viewer {
 namespace {
 
-constexpr int kLv95 = 2056, kLambert93 = 2154;
+constexpr int kLv95 = 2056, kLambert93 = 2154, kWgs84 = 4326;
 
 /// The system that numbers of their size are of; 0 where they could be of any.
 int system_of(double easting, double northing) {
@@ -28,21 +30,16 @@ PlaceFound find_place(const std::string& text, const std::string& scene_crs) {
   if (!asked) return problem("\"" + text + "\" is no place: 2643500 1158000, or 46.5N 8.1E");
   const Crs crs = scene_crs.empty() ? Crs{} : crs_from_text(scene_crs);
   Vec3d place{asked->first, asked->second, asked->z.value_or(0.0)};
-  double latitude_deg = asked->first, longitude_deg = asked->second;
-  const int system = asked->is_globe ? 0 : system_of(place.x, place.y);
-  const bool is_foreign = system != 0 && !crs.empty() && crs.horizontal_epsg != system;
-  if (is_foreign) {
-    const auto on_globe = Globe(crs_from_text("EPSG:" + std::to_string(system))).at(place);
-    if (!on_globe) return problem("\"" + text + "\" lies outside of its reference system");
-    latitude_deg = on_globe->latitude_deg;
-    longitude_deg = on_globe->longitude_deg;
-  }
-  if (asked->is_globe || is_foreign) {
+  int system = system_of(place.x, place.y);
+  if (asked->is_globe) {
+    system = kWgs84;
+    std::swap(place.x, place.y);
     if (crs.empty()) return problem("latitude and longitude need a layer with a reference system");
-    const auto projected = Globe(crs).projected(latitude_deg, longitude_deg);
-    if (!projected) return problem("\"" + text + "\" lies outside of the layer's reference system");
-    place.x = projected->x;
-    place.y = projected->y;
+  }
+  if (system != 0 && !crs.empty() && crs.horizontal_epsg != system) {
+    const auto here = transformed(place, crs_from_text("EPSG:" + std::to_string(system)), crs);
+    if (!here) return problem("\"" + text + "\" lies outside of the layer's reference system");
+    place = *here;
   }
   return {place, asked->z.has_value(), ""};
 }

@@ -16,9 +16,9 @@ struct PlaceFound {
   std::string problem;
 };
 
-/// text: as parse_place reads it. Easting and northing are those of the scene, but numbers that
-/// only LV95 (EPSG:2056) or Lambert-93 (EPSG:2154) has are of that system: their ranges do not
-/// overlap. scene_crs: as Crs::text(), or empty. Datums are taken for the same: a metre or two.
+/// text: as parse_place reads it. Latitude and longitude are WGS 84. Easting and northing are those
+/// of the scene, but numbers that only LV95 (EPSG:2056) or Lambert-93 (EPSG:2154) has are of that
+/// system: their ranges do not overlap. scene_crs: as Crs::text(), or empty.
 PlaceFound find_place(const std::string& text, const std::string& scene_crs);
 
 /// Looks down on the place from 400 m south and 300 m above; a place without a height lies on the

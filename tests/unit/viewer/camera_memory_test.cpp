@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "terrain-viewer/app/camera_memory.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace cornice::viewer {
+namespace {
+
+Camera camera_at(double x) { return {{x, 10.0, 500.0}, 30.0, -20.0, 50.0}; }
+
+/// From one place to another in ten frames, then rest.
+void move(CameraMoves& moves, double from, double to, int rest = CameraMoves::kRestFrames + 1) {
+  for (int frame = 1; frame <= 10; ++frame) moves.see(camera_at(from + 0.1 * frame * (to - from)));
+  for (int frame = 0; frame < rest; ++frame) moves.see(camera_at(to));
+}
+
+TEST(CameraMoves, AreUndoneAndDoneAgainFromRestToRest) {
+  CameraMoves moves;
+  moves.jump(camera_at(0.0));
+  move(moves, 0.0, 100.0);
+  move(moves, 100.0, 300.0);
+  EXPECT_EQ(moves.undo(camera_at(300.0)), camera_at(100.0));
+  EXPECT_EQ(moves.undo(camera_at(100.0)), camera_at(0.0));
+  EXPECT_EQ(moves.undo(camera_at(0.0)), camera_at(0.0)) << "there is nothing before the first";
+  EXPECT_EQ(moves.redo(camera_at(0.0)), camera_at(100.0));
+  EXPECT_EQ(moves.redo(camera_at(100.0)), camera_at(300.0));
+  EXPECT_EQ(moves.redo(camera_at(300.0)), camera_at(300.0)) << "there is nothing after the last";
+}
+
+TEST(CameraMoves, AreUndoneBeforeTheyHaveComeToRest) {
+  CameraMoves moves;
+  moves.jump(camera_at(0.0));
+  move(moves, 0.0, 100.0);
+  move(moves, 100.0, 160.0, 3);
+  EXPECT_EQ(moves.undo(camera_at(160.0)), camera_at(100.0));
+  EXPECT_EQ(moves.redo(camera_at(100.0)), camera_at(160.0));
+}
+
+TEST(CameraMoves, ForgetWhatWasUndoneWhenTheCameraGoesElsewhere) {
+  CameraMoves moves;
+  moves.jump(camera_at(0.0));
+  move(moves, 0.0, 100.0);
+  EXPECT_EQ(moves.undo(camera_at(100.0)), camera_at(0.0));
+  // Standing where undo led to is no move.
+  for (int frame = 0; frame < 50; ++frame) moves.see(camera_at(0.0));
+  EXPECT_EQ(moves.redo(camera_at(0.0)), camera_at(100.0));
+  EXPECT_EQ(moves.undo(camera_at(100.0)), camera_at(0.0));
+  move(moves, 0.0, -50.0);
+  EXPECT_EQ(moves.redo(camera_at(-50.0)), camera_at(-50.0));
+  EXPECT_EQ(moves.undo(camera_at(-50.0)), camera_at(0.0));
+}
+
+TEST(PathMaker, PlaysThroughAllItsViewsAndEndsAtTheLast) {
+  PathMaker path;
+  for (const double x : {0.0, 40.0, 70.0}) path.add(camera_at(x));
+  ASSERT_EQ(path.size(), 3u);
+  EXPECT_DOUBLE_EQ(path.path().duration_s(), 2.0 * PathMaker::kStepSeconds);
+  path.toggle_play();
+  ASSERT_TRUE(path.is_playing());
+  double before = -1e-9;
+  int frames = 0;
+  Camera last;
+  while (path.is_playing()) {
+    last = path.play(1.0 / 32.0);
+    ++frames;
+    EXPECT_GE(last.eye.x, before) << "never goes back";
+    before = last.eye.x;
+    if (frames == static_cast<int>(32.0 * PathMaker::kStepSeconds)) {
+      EXPECT_NEAR(last.eye.x, 40.0, 1e-9);
+    }
+  }
+  EXPECT_EQ(last, camera_at(70.0));
+  EXPECT_EQ(frames, static_cast<int>(64.0 * PathMaker::kStepSeconds));
+}
+
+TEST(PathMaker, StopsWhenAskedAndBeginsAgainAtTheStart) {
+  PathMaker path;
+  path.add(camera_at(5.0));
+  path.toggle_play();
+  EXPECT_FALSE(path.is_playing()) << "one view is no path";
+  path.add(camera_at(9.0));
+  path.toggle_play();
+  path.play(2.0);
+  path.toggle_play();
+  EXPECT_FALSE(path.is_playing());
+  path.toggle_play();
+  EXPECT_NEAR(path.play(1e-9).eye.x, 5.0, 1e-6);
+  path.clear();
+  EXPECT_FALSE(path.is_playing());
+  EXPECT_EQ(path.size(), 0u);
+}
+
+TEST(Bookmarks, GetTheNextName) {
+  std::vector<Bookmark> bookmarks;
+  add_bookmark(bookmarks, camera_at(1.0));
+  add_bookmark(bookmarks, camera_at(2.0));
+  ASSERT_EQ(bookmarks.size(), 2u);
+  EXPECT_EQ(bookmarks[0].name, "view 1");
+  EXPECT_EQ(bookmarks[1].name, "view 2");
+  EXPECT_EQ(bookmarks[1].camera, camera_at(2.0));
+}
+
+}  // namespace
+}  // namespace cornice::viewer
