@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/base/parallel.h"
+#include "stages/simulate/survey_tiles.h"
 
 namespace cornice::bench {
 namespace {
@@ -17,15 +18,7 @@ constexpr std::uint64_t kBlockPulses = 16384;
 
 void append(const sim::SurveyPoint& point, PointCloud& cloud) {
   cloud.positions.push_back((point.recorded() - cloud.origin).cast<float>());
-  cloud.gps_time_s.push_back(point.gps_time_s);
-  cloud.scan_angle_deg.push_back(point.scan_angle_deg);
-  cloud.return_number.push_back(point.return_number);
-  cloud.return_count.push_back(point.return_count);
-  cloud.classification.push_back(point.classification);
-  cloud.flags.push_back(point.flags);
-  cloud.point_source_id.push_back(point.point_source_id);
-  cloud.scanner_channel.push_back(point.channel);
-  cloud.user_data.push_back(point.user_data);
+  sim::append_attributes(point, cloud);
 }
 
 void fly_pass(const sim::SurveySetup& setup, std::size_t pass, int threads, FlownSurvey& flown) {

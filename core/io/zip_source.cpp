@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The point file inside a .zip, read through GDAL's /vsizip without unpacking it to disk.
-#include <cpl_error.h>
 #include <cpl_string.h>
 #include <cpl_vsi.h>
 
@@ -9,19 +8,11 @@
 #include <cstring>
 
 #include "core/base/error.h"
+#include "core/geo/gdal_handles.h"
 #include "core/io/byte_source.h"
 
 namespace cornice {
 namespace {
-
-/// GDAL prints its own errors to stderr; ours carry what matters.
-class QuietGdal {
- public:
-  QuietGdal() { CPLPushErrorHandler(CPLQuietErrorHandler); }
-  ~QuietGdal() { CPLPopErrorHandler(); }
-  QuietGdal(const QuietGdal&) = delete;
-  QuietGdal& operator=(const QuietGdal&) = delete;
-};
 
 class ZipSource : public ByteSource {
  public:

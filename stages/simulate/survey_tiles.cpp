@@ -41,15 +41,7 @@ void append(PointCloud& cloud, const TileTarget& target, const SurveyPoint& poin
   cloud.positions.push_back({static_cast<float>(dx * kScaleM), static_cast<float>(dy * kScaleM),
                              static_cast<float>(point.at.z * kScaleM)});
   cloud.exact.push_back({is_local ? dx : point.at.x, is_local ? dy : point.at.y, point.at.z});
-  cloud.gps_time_s.push_back(point.gps_time_s);
-  cloud.scan_angle_deg.push_back(point.scan_angle_deg);
-  cloud.return_number.push_back(point.return_number);
-  cloud.return_count.push_back(point.return_count);
-  cloud.classification.push_back(point.classification);
-  cloud.flags.push_back(point.flags);
-  cloud.point_source_id.push_back(point.point_source_id);
-  cloud.scanner_channel.push_back(point.channel);
-  cloud.user_data.push_back(point.user_data);
+  append_attributes(point, cloud);
   cloud.intensity.push_back(point.intensity);
   if (target.truth == PointTruth::kExtraBytes) append_truth_extra_bytes(point, cloud.extra_bytes);
 }
@@ -113,6 +105,18 @@ std::vector<std::uint64_t> spatial_order(const TileTarget& target,
 }
 
 }  // namespace
+
+void append_attributes(const SurveyPoint& point, PointCloud& cloud) {
+  cloud.gps_time_s.push_back(point.gps_time_s);
+  cloud.scan_angle_deg.push_back(point.scan_angle_deg);
+  cloud.return_number.push_back(point.return_number);
+  cloud.return_count.push_back(point.return_count);
+  cloud.classification.push_back(point.classification);
+  cloud.flags.push_back(point.flags);
+  cloud.point_source_id.push_back(point.point_source_id);
+  cloud.scanner_channel.push_back(point.channel);
+  cloud.user_data.push_back(point.user_data);
+}
 
 TilePart make_part(const TileTarget& target, std::size_t tile, std::vector<SurveyPoint> points) {
   TilePart part;

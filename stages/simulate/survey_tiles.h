@@ -49,6 +49,9 @@ struct TilePart {
   std::size_t size() const { return points.size() + cloud.size(); }
 };
 
+/// Appends all that a point's record holds but its position and intensity.
+void append_attributes(const SurveyPoint& point, PointCloud& cloud);
+
 /// Thread contract: a function of its arguments.
 TilePart make_part(const TileTarget& target, std::size_t tile, std::vector<SurveyPoint> points);
 

@@ -9,4 +9,5 @@ cornice_test(
   unit/flightlines/trajectory_test.cpp
   LIBS
   cornice_flightlines
-  cornice_io)
+  cornice_io
+  cornice_test_support)

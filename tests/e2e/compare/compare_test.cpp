@@ -14,6 +14,7 @@
 #include "core/mesh/select.h"
 #include "core/mesh/triangle_tree.h"
 #include "stages/simulate/scene.h"
+#include "tests/support/json_file.h"
 #include "tests/support/process.h"
 #include "tests/support/temporary_folder.h"
 
@@ -71,8 +72,6 @@ const Pair& cliff() {
                          {kEast - 65.0, kNorth - 55.0, kEast - 25.0, kNorth + 55.0});
   return pair;
 }
-
-json read_json(const fs::path& path) { return json::parse(read_text(path)); }
 
 /// A page that stands alone, and files that others read.
 void expect_readable_files(const fs::path& out) {

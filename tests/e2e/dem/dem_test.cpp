@@ -16,6 +16,7 @@
 #include "core/io/raster.h"
 #include "core/mesh/topology.h"
 #include "tests/support/foreign_tiff.h"
+#include "tests/support/json_file.h"
 #include "tests/support/process.h"
 #include "tests/support/temporary_folder.h"
 
@@ -88,7 +89,7 @@ TEST(DemProgram, WritesATileWithItsPlaceSystemAndNormals) {
   // One metre up over two to the east, two down over two to the north.
   const Vec3d normal = normalized(Vec3d{-0.5, 1.0, 1.0});
   EXPECT_LT(norm(mesh.normals[25].cast<double>() - normal), 1e-6);
-  const auto report = nlohmann::json::parse(read_text(folder / "r"));
+  const auto report = test::read_json(folder / "r");
   EXPECT_EQ(report["counts"]["triangles"], 342);
   EXPECT_EQ(report["warnings"].size(), 0u);
 }
@@ -351,7 +352,7 @@ TEST(DemProgram, KeepsToItsMemoryAndSplitsLargeTiles) {
                "--report", (folder / "r").string()});
   ASSERT_EQ(run.exit_code, kDone) << run.err;
   EXPECT_THAT(run.err, HasSubstr("6000 x 6000 pixels become 16 meshes of at most 1500 pixels"));
-  const auto report = nlohmann::json::parse(read_text(folder / "r"));
+  const auto report = test::read_json(folder / "r");
   EXPECT_EQ(report["counts"]["meshes"], 4);
   EXPECT_EQ(report["counts"]["triangles"], 2 * 399 * 255);
   EXPECT_LT(report["peak_memory_bytes"], 0.3 * 1024 * 1024 * 1024);

@@ -4,12 +4,11 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "tests/support/json_file.h"
 #include "tests/support/process.h"
 #include "tests/support/temporary_folder.h"
 
@@ -20,16 +19,6 @@ namespace fs = std::filesystem;
 using test::ProcessResult;
 
 const fs::path kBin = CORNICE_BIN_DIR;
-
-std::string bytes_of(const fs::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-nlohmann::json read_json(const fs::path& path) {
-  std::ifstream stream(path);
-  return nlohmann::json::parse(stream);
-}
 
 /// Two tiles side by side under a conical scanner.
 class LinesOfASurvey : public testing::Test {
@@ -76,17 +65,17 @@ TEST_F(LinesOfASurvey, HaveTheSameBytesWithOneAndTwoThreads) {
   ASSERT_EQ(one.exit_code, 0) << one.err;
   const ProcessResult two = run(tiles(), "two", "2");
   ASSERT_EQ(two.exit_code, 0) << two.err;
-  EXPECT_FALSE(bytes_of(output("one.json")).empty());
-  EXPECT_EQ(bytes_of(output("one.json")), bytes_of(output("two.json")));
-  EXPECT_FALSE(bytes_of(output("one.gpkg")).empty());
-  EXPECT_TRUE(bytes_of(output("one.gpkg")) == bytes_of(output("two.gpkg")));
+  EXPECT_FALSE(test::read_text(output("one.json")).empty());
+  EXPECT_EQ(test::read_text(output("one.json")), test::read_text(output("two.json")));
+  EXPECT_FALSE(test::read_text(output("one.gpkg")).empty());
+  EXPECT_TRUE(test::read_text(output("one.gpkg")) == test::read_text(output("two.gpkg")));
 }
 
 TEST_F(LinesOfASurvey, AreAsManyAsWereFlownAndPrintTheirAcceptTest) {
   const ProcessResult found = run(tiles(), "both", "0");
   ASSERT_EQ(found.exit_code, 0) << found.err;
-  const nlohmann::json truth = read_json(output("survey") / "truth" / "lines.json");
-  const nlohmann::json lines = read_json(output("both.json"))["lines"];
+  const nlohmann::json truth = test::read_json(output("survey") / "truth" / "lines.json");
+  const nlohmann::json lines = test::read_json(output("both.json"))["lines"];
   EXPECT_EQ(lines.size(), truth["lines"].size());
   for (const nlohmann::json& line : lines) EXPECT_FALSE(line["accept_test"].empty());
   EXPECT_NE((found.out + found.err).find("accept test"), std::string::npos);
@@ -95,7 +84,7 @@ TEST_F(LinesOfASurvey, AreAsManyAsWereFlownAndPrintTheirAcceptTest) {
 TEST_F(LinesOfASurvey, AreFoundInATileThatHasOneLineOnly) {
   const ProcessResult found = run({tiles()[0]}, "alone", "1");
   ASSERT_EQ(found.exit_code, 0) << found.err;
-  EXPECT_GE(read_json(output("alone.json"))["lines"].size(), 1u);
+  EXPECT_GE(test::read_json(output("alone.json"))["lines"].size(), 1u);
 }
 
 TEST_F(LinesOfASurvey, AreRefusedWhereATileIsNamedTwice) {

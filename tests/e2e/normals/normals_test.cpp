@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -13,6 +12,7 @@
 
 #include "core/io/las.h"
 #include "core/io/ply.h"
+#include "tests/support/json_file.h"
 #include "tests/support/process.h"
 #include "tests/support/temporary_folder.h"
 
@@ -29,11 +29,6 @@ ProcessResult run_normals(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), (kBin / "cornice-normals").string());
   arguments.push_back("--no-progress");
   return test::run_process(arguments);
-}
-
-nlohmann::json read_json(const fs::path& path) {
-  std::ifstream stream(path);
-  return nlohmann::json::parse(stream);
 }
 
 std::vector<fs::path> files_ending(const fs::path& folder, const std::string& ending) {
@@ -99,7 +94,7 @@ TEST_F(NormalsOfACliff, PointOutOfTheGround) {
   EXPECT_GT(static_cast<double>(right), 0.999 * count);
   EXPECT_GT(overhang, 50u);
   EXPECT_GE(static_cast<double>(overhang_right), 0.99 * static_cast<double>(overhang));
-  const nlohmann::json counts = read_json(output("a.json"))["counts"];
+  const nlohmann::json counts = test::read_json(output("a.json"))["counts"];
   EXPECT_EQ(counts["points"], points.positions.size());
   EXPECT_GT(counts["halo left out"], 1000);
   EXPECT_EQ(counts["without flight line"], 0);
@@ -174,7 +169,7 @@ TEST(NormalsOfARealCliff, AreSettledAndFaceTheBeams) {
       run_normals({tile.string(), "--flightlines", (folder / "lines.gpkg").string(), "-o",
                    (folder / "points.ply").string(), "--report", (folder / "r.json").string()});
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  const nlohmann::json counts = read_json(folder / "r.json")["counts"];
+  const nlohmann::json counts = test::read_json(folder / "r.json")["counts"];
   EXPECT_GT(counts["points"], 29000);
   EXPECT_LT(counts["unsettled"], 30);
   EXPECT_EQ(counts["without flight line"], 0);

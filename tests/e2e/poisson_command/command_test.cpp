@@ -17,6 +17,7 @@
 #include "core/base/random.h"
 #include "core/io/ply.h"
 #include "core/mesh/topology.h"
+#include "tests/support/json_file.h"
 #include "tests/support/process.h"
 #include "tests/support/temporary_folder.h"
 
@@ -32,16 +33,6 @@ ProcessResult poisson(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), (kBin / "cornice-poisson").string());
   arguments.push_back("--no-progress");
   return test::run_process(arguments);
-}
-
-std::string bytes_of(const fs::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-nlohmann::json read_json(const fs::path& path) {
-  std::ifstream stream(path);
-  return nlohmann::json::parse(stream);
 }
 
 constexpr double kWest = 2600000.0, kSouth = 1200000.0;
@@ -150,7 +141,7 @@ TEST_F(PoissonCommand, MeshMakesAManifoldWithSupportNearTheGround) {
   ASSERT_GT(inside, 2000u);
   EXPECT_LT(std::sqrt(squares / static_cast<double>(inside)), 0.02);
   EXPECT_NEAR(mean_density / static_cast<double>(inside), 12.0, 1.5);
-  const nlohmann::json report = read_json(file("r.json"));
+  const nlohmann::json report = test::read_json(file("r.json"));
   EXPECT_EQ(report["tool"], "cornice-poisson");
   EXPECT_EQ(report["counts"]["triangles"], mesh.triangles.size());
   EXPECT_GT(report["quality"]["levels"].size(), 2u);
@@ -170,26 +161,26 @@ TEST_F(PoissonCommand, NeighboursMeetBitForBitWhateverTheOrderOfTheirBands) {
   EXPECT_EQ(on_plane(a, 20.0), on_plane(b, 20.0));
   EXPECT_GT(on_plane(b, 41.5).size(), 40u);
   EXPECT_EQ(on_plane(b, 41.5), on_plane(c, 41.5));
-  const std::string first = bytes_of(file("b.ply"));
+  const std::string first = test::read_text(file("b.ply"));
   ASSERT_EQ(extract("b", {"a", "c"}, {"--threads", "1"}).exit_code, 0);
-  EXPECT_EQ(bytes_of(file("b.ply")), first);
+  EXPECT_EQ(test::read_text(file("b.ply")), first);
 }
 
 TEST_F(PoissonCommand, TheNumberOfThreadsChangesNoByteOfFieldAndBand) {
   ASSERT_EQ(solve("one", 0, 20, 8.0, {"--threads", "1"}).exit_code, 0);
   ASSERT_EQ(solve("two", 0, 20, 8.0, {"--threads", "2"}).exit_code, 0);
-  EXPECT_EQ(bytes_of(file("one.field")), bytes_of(file("two.field")));
-  EXPECT_EQ(bytes_of(file("one.band")), bytes_of(file("two.band")));
+  EXPECT_EQ(test::read_text(file("one.field")), test::read_text(file("two.field")));
+  EXPECT_EQ(test::read_text(file("one.band")), test::read_text(file("two.band")));
 }
 
 TEST_F(PoissonCommand, AListOfTilesDecidesAsBandsOnTheCommandLineDo) {
   ASSERT_EQ(solve("a", 0, 20).exit_code, 0);
   ASSERT_EQ(solve("b", 20, 40).exit_code, 0);
   ASSERT_EQ(extract("a", {"b"}).exit_code, 0);
-  const std::string direct = bytes_of(file("a.ply"));
+  const std::string direct = test::read_text(file("a.ply"));
   std::ofstream(file("tiles.txt")) << "a.band\n\nb.band\n";
   ASSERT_EQ(extract("a", {}, {"--tiles", file("tiles.txt")}).exit_code, 0);
-  EXPECT_EQ(bytes_of(file("a.ply")), direct);
+  EXPECT_EQ(test::read_text(file("a.ply")), direct);
   std::ofstream(file("tiles.txt"), std::ios::app) << "missing.band\n";
   const ProcessResult run = extract("a", {}, {"--tiles", file("tiles.txt")});
   EXPECT_EQ(run.exit_code, 3);
@@ -230,7 +221,7 @@ TEST_F(PoissonCommand, WrongUseAndDamagedFilesAreOneLineEach) {
           "no points in the tile");
   refused(poisson({"solve", file("a.points.ply"), "-o", file("a.field")}), 2, "a.field");
   refused(poisson({"extract", file("a.band"), "-o", file("x.ply")}), 3, "border band");
-  std::string bytes = bytes_of(file("b.band"));
+  std::string bytes = test::read_text(file("b.band"));
   bytes[bytes.size() / 2] ^= 1;
   std::ofstream(file("b.band"), std::ios::binary) << bytes;
   refused(extract("a", {"b"}), 3, "b.band");
@@ -277,7 +268,7 @@ TEST_F(PoissonCommand, DegenerateInputIsAnErrorOrASurfaceButNeverACrash) {
 
 TEST_F(PoissonCommand, NormalsThatAreNoNumbersAreRefusedOrLeftOut) {
   const std::string path = write("p.ply", ground(0, 0, 10, 10, 4));
-  std::string bytes = bytes_of(path);
+  std::string bytes = test::read_text(path);
   const float nan = std::nanf("");
   constexpr std::size_t kRecord = 28;  // position, normal, quality
   const std::size_t first = bytes.find("end_header") + 11;

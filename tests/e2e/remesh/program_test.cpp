@@ -5,7 +5,6 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -15,6 +14,7 @@
 #include "core/mesh/quality.h"
 #include "core/mesh/surface_distance.h"
 #include "core/mesh/topology.h"
+#include "tests/support/json_file.h"
 #include "tests/support/meshes.h"
 #include "tests/support/process.h"
 #include "tests/support/temporary_folder.h"
@@ -32,11 +32,6 @@ ProcessResult remesh(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), (kBin / "cornice-remesh").string());
   arguments.push_back("--no-progress");
   return test::run_process(arguments);
-}
-
-std::string bytes_of(const fs::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
 }
 
 /// 24 m x 24 m of rough ground with a step of 6 m across, its wall upright and as rough.
@@ -93,8 +88,7 @@ TEST_F(RemeshProgram, KeepsTheBoundOnARoughStepAndSaysSo) {
   const TriangleTree first(before.positions, before.triangles, 0);
   const TriangleTree second(after.positions, after.triangles, 0);
   EXPECT_LE(static_cast<double>(measure_distance(first, second, 0.1f, 0).hausdorff_m()), kBound);
-  std::ifstream stream(report());
-  const nlohmann::json json = nlohmann::json::parse(stream);
+  const nlohmann::json json = test::read_json(report());
   EXPECT_LE(json.at("quality").at("hausdorff_m").get<double>(), kBound);
   EXPECT_TRUE(json.at("warnings").empty()) << json.at("warnings").dump();
 }
@@ -118,11 +112,11 @@ TEST_F(RemeshProgram, WritesTheSameBytesWithTwoThreads) {
       remesh({surface().string(), "-o", two.string(), "--max-error", "0.05", "--threads", "2"})
           .exit_code,
       0);
-  EXPECT_EQ(bytes_of(two), bytes_of(result()));
+  EXPECT_EQ(test::read_text(two), test::read_text(result()));
 }
 
 TEST_F(RemeshProgram, TellsOfBadInputInOneLineAndWritesNothing) {
-  const std::string whole = bytes_of(surface());
+  const std::string whole = test::read_text(surface());
   const fs::path bad = folder_->path() / "bad.ply", out = folder_->path() / "none.ply";
   const auto expect_refused = [&](const std::string& bytes, int exit_code, const char* what) {
     std::ofstream(bad, std::ios::binary) << bytes;

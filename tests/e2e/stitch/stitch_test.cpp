@@ -16,6 +16,7 @@
 #include "core/io/ply.h"
 #include "tests/property/stitch/tiles.h"
 #include "tests/support/full_disk.h"
+#include "tests/support/json_file.h"
 #include "tests/support/process.h"
 #include "tests/support/temporary_folder.h"
 
@@ -68,7 +69,7 @@ TEST(StitchProgram, WritesTilesOfTheSameNamesThatMeet) {
   }
   const ProcessResult after = run_stitch(stitched, {"--check"});
   EXPECT_EQ(after.exit_code, 0) << after.err;
-  const nlohmann::json report = nlohmann::json::parse(test::read_text(folder / "r.json"));
+  const nlohmann::json report = test::read_json(folder / "r.json");
   for (const char* figure : {"open_edges", "t_vertices", "mismatched_vertices",
                              "non_manifold_edges", "turned_triangles", "degenerate_triangles"}) {
     EXPECT_EQ(report["quality"].at(figure), 0) << figure;
@@ -210,7 +211,7 @@ TEST(StitchProgram, TakesTilesOfOtherProgramsWithDoublesAndWithoutOrigin) {
   const Vec3d corner = mesh.origin + mesh.positions[0].cast<double>();
   EXPECT_NEAR(corner.x, 2600000.0, 1e-3);
   EXPECT_NEAR(corner.y, 1200000.0, 1e-3);
-  const nlohmann::json report = nlohmann::json::parse(test::read_text(folder / "r.json"));
+  const nlohmann::json report = test::read_json(folder / "r.json");
   EXPECT_EQ(report["quality"].at("open_edges"), 0);
   EXPECT_EQ(report["counts"].at("new vertices"), 16);
 }

@@ -15,6 +15,7 @@
 #include "core/io/raster.h"
 #include "core/mesh/select.h"
 #include "core/mesh/topology.h"
+#include "tests/support/json_file.h"
 #include "tests/support/process.h"
 #include "tests/support/temporary_folder.h"
 
@@ -183,7 +184,7 @@ TEST_F(FillDem, ClosesAHoleOfSixtyMetresWithinTheModelsAccuracyAndAcrossTiles) {
     EXPECT_LT(std::sqrt(squares / static_cast<double>(beside)), 0.02)
         << "the model must not pull at measured ground";
   }
-  const auto report = nlohmann::json::parse(test::read_text(folder_ / "west.json"));
+  const auto report = test::read_json(folder_ / "west.json");
   EXPECT_NEAR(report["quality"].at("model_area_m2"), 0.5 * M_PI * 29.0 * 29.0 * 1.07, 150.0);
 }
 

@@ -14,6 +14,7 @@
 #include "core/io/ply.h"
 #include "core/mesh/select.h"
 #include "tests/support/full_disk.h"
+#include "tests/support/json_file.h"
 #include "tests/support/meshes.h"
 #include "tests/support/process.h"
 #include "tests/support/temporary_folder.h"
@@ -80,7 +81,7 @@ TEST_F(TrimProgram, KeepsTheNarrowRiverDropsTheWideOneAndReportsBoth) {
     EXPECT_TRUE(x < 20.0f || x > 36.0f);
     EXPECT_EQ(source[v], std::abs(x - 8.0f) <= 4.0f ? 1 : 0) << x;
   }
-  const auto report = nlohmann::json::parse(read_text(folder_ / "r.json"));
+  const auto report = test::read_json(folder_ / "r.json");
   EXPECT_EQ(report["tool"], "cornice-trim");
   EXPECT_EQ(report["counts"].at("vertices"), mesh.positions.size());
   EXPECT_EQ(report["counts"].at("bridged vertices"), std::count(source.begin(), source.end(), 1));

@@ -31,11 +31,6 @@ TileField small_field() {
           77};
 }
 
-std::string bytes_of(const std::filesystem::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
 void write_bytes(const std::filesystem::path& path, const std::string& bytes) {
   std::ofstream(path, std::ios::binary) << bytes;
 }
@@ -101,7 +96,7 @@ TEST(FieldFile, EveryTruncationIsRefused) {
   const TemporaryFolder folder;
   const auto path = folder.path() / "a.field";
   write_field(path, small_field());
-  const std::string bytes = bytes_of(path);
+  const std::string bytes = test::read_text(path);
   for (std::size_t length = 0; length < bytes.size();
        length += length < 200 ? 1 : 1 + bytes.size() / 50) {
     write_bytes(path, bytes.substr(0, length));
@@ -115,7 +110,7 @@ TEST(FieldFile, EveryChangedByteIsNoticed) {
   const TemporaryFolder folder;
   const auto path = folder.path() / "a.field";
   write_field(path, small_field());
-  const std::string bytes = bytes_of(path);
+  const std::string bytes = test::read_text(path);
   for (int trial = 0; trial < 300; ++trial) {
     CounterRandom random(1, 2, static_cast<std::uint64_t>(trial));
     std::string changed = bytes;
@@ -134,7 +129,7 @@ TEST(FieldFile, AHeadThatLiesIsRefusedBeforeAnythingIsAllocated) {
   const TemporaryFolder folder;
   const auto path = folder.path() / "a.field";
   write_field(path, small_field());
-  const std::string bytes = bytes_of(path);
+  const std::string bytes = test::read_text(path);
   const std::vector<std::pair<std::string, std::function<void(std::string&)>>> lies{
       {"bricks", [](std::string& b) { put<std::uint64_t>(b, 64, std::uint64_t{1} << 60); }},
       {"length", [](std::string& b) { put<std::uint64_t>(b, 72, ~std::uint64_t{0}); }},

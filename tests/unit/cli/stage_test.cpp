@@ -9,6 +9,7 @@
 #include <chrono>
 
 #include "core/base/error.h"
+#include "tests/support/json_file.h"
 #include "tests/support/process.h"
 #include "tests/support/temporary_folder.h"
 
@@ -49,7 +50,7 @@ class StageFrame : public testing::Test {
     std::vector<std::string> words = more;
     words.insert(words.end(), {"--report", folder_ / "report.json"});
     probe(words);
-    return nlohmann::json::parse(read_text(folder_ / "report.json"));
+    return test::read_json(folder_ / "report.json");
   }
 
   TemporaryFolder folder_;
@@ -190,7 +191,7 @@ TEST_F(StageFrame, WritesReportsThatFollowTheSchema) {
     result = run_process({python, "-c", script, schema, report});
     EXPECT_EQ(result.exit_code, 0) << result.err;
   }
-  auto broken = nlohmann::json::parse(read_text(report));
+  auto broken = test::read_json(report);
   broken.erase("machine");
   broken["surprise"] = 1;
   write_text(report, broken.dump());

@@ -6,11 +6,11 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <string>
 
 #include "core/base/error.h"
 #include "core/io/flight_lines_file.h"
+#include "tests/support/temporary_folder.h"
 
 namespace cornice::flightlines {
 namespace {
@@ -19,15 +19,7 @@ namespace fs = std::filesystem;
 
 class LinesFiles : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() /
-              ("cornice-lines-" +
-               std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-  fs::path folder_;
+  test::TemporaryFolder folder_;
 };
 
 SurveyLines small_survey() {
@@ -97,11 +89,6 @@ void expect_same(const FlightLines& a, const FlightLines& b) {
   }
 }
 
-std::string bytes_of(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 TEST_F(LinesFiles, ComeBackAsTheyWereFromBothFormats) {
   const SurveyLines survey = small_survey();
   write_json(folder_ / "a.json", survey);
@@ -116,8 +103,8 @@ TEST_F(LinesFiles, HaveTheSameBytesEachTime) {
     write_json(folder_ / (std::string(name) + ".json"), survey);
     write_geopackage(folder_ / (std::string(name) + ".gpkg"), survey);
   }
-  EXPECT_EQ(bytes_of(folder_ / "a.json"), bytes_of(folder_ / "b.json"));
-  EXPECT_EQ(bytes_of(folder_ / "a.gpkg"), bytes_of(folder_ / "b.gpkg"));
+  EXPECT_EQ(test::read_text(folder_ / "a.json"), test::read_text(folder_ / "b.json"));
+  EXPECT_EQ(test::read_text(folder_ / "a.gpkg"), test::read_text(folder_ / "b.gpkg"));
 }
 
 TEST_F(LinesFiles, AreRefusedWithOneClearLineWhereTheyAreSomethingElse) {

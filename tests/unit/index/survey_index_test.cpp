@@ -8,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/io/las.h"
+#include "tests/support/json_file.h"
 #include "tests/support/process.h"
 #include "tests/support/temporary_folder.h"
 
@@ -144,7 +145,7 @@ TEST(IndexProgram, WritesTheIndexAndNamesEachUnusableTile) {
                                          "-o", (folder / "survey.json").string()});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("bad.laz: "));
-  const auto document = nlohmann::json::parse(test::read_text(folder / "survey.json"));
+  const auto document = test::read_json(folder / "survey.json");
   EXPECT_EQ(document.at("format"), "cornice survey 1");
   EXPECT_EQ(document.at("tiles").size(), 2u);
   EXPECT_FALSE(document.at("tiles").at(1).at("problem").get<std::string>().empty());
