@@ -37,13 +37,17 @@ Vec3d crater(int column, int row) {
 
 Vec3d crater_origin() { return {2'600'000.0, 1'200'000.0, 1800.0}; }
 
-void write_crater(const std::filesystem::path& path, hlod::Partition partition) {
+Mesh crater_mesh() {
   Mesh mesh = test::grid_mesh(321, 321, crater);
   mesh.origin = crater_origin();
+  return mesh;
+}
+
+void write_crater(const std::filesystem::path& path, hlod::Partition partition) {
   hlod::BuildOptions options;
   options.partition = partition;
   options.triangles_per_cell = 1500;
-  test::write_hierarchy(path, mesh, options);
+  test::write_hierarchy(path, crater_mesh(), options);
 }
 
 Camera crater_camera(double t) {

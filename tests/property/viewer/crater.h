@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "core/io/raster.h"
+#include "core/mesh/mesh.h"
 #include "hlod/cell.h"
 #include "terrain-viewer/render/gl.h"
 #include "terrain-viewer/render/layer.h"
@@ -16,7 +17,9 @@ namespace cornice::viewer {
 inline constexpr double kCraterM = 240.0;  ///< side; its corner is at (0, 0, 0) of `crater_origin`
 Vec3d crater_origin();
 
-/// 200,000 triangles; cells of 1500.
+/// 200,000 triangles.
+Mesh crater_mesh();
+/// Of them; cells of 1500.
 void write_crater(const std::filesystem::path& path,
                   hlod::Partition partition = hlod::Partition::kQuadtree);
 
