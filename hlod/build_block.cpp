@@ -209,10 +209,10 @@ BuildCell BlockBuilder::make_parent(std::uint32_t parent) {
   cell.key = parent_keys_[parent];
   const auto step = static_cast<float>(header_.lattice.step(cell.key.level));
   place_.assign(data_.size(), kNone);
+  float moved = 0;
   for (std::size_t c = 0; c < parent_cell_.size(); ++c) {
     if (parent_cell_[c] != parent) continue;
-    const float moved = step_error_.of(begins_[c], begins_[c + 1]) + kRoundingSteps;
-    cell.step_error_m = std::max(cell.step_error_m, moved * step);
+    moved = step_error_.of(begins_[c], begins_[c + 1], moved);
     cell.error_m = std::max(cell.error_m, (*cells_)[c]->error_m);
     for (std::size_t i = begins_[c]; i < begins_[c + 1]; ++i) {
       const Triangle& old = mesh_.triangles[i];
@@ -229,6 +229,7 @@ BuildCell BlockBuilder::make_parent(std::uint32_t parent) {
       cell.triangles.push_back(t);
     }
   }
+  cell.step_error_m = (moved + kRoundingSteps) * step;
   cell.error_m += cell.step_error_m;
   return cell;
 }

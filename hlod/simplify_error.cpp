@@ -3,22 +3,22 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-#include "core/mesh/triangle_tree.h"
-
 namespace cornice::hlod {
 namespace {
 
-/// Coarse triangles looked at on the way from a vertex's parent to its foot, or from foot to foot.
-constexpr int kWalkLimit = 24;
+/// Vertices round which a nearer foot is looked for.
+constexpr std::size_t kLookLimit = 24;
 /// Coarse triangles looked at for a way from foot to foot.
 constexpr std::size_t kSearchLimit = 64;
 /// A foot that is farther off than this part of the way to the parent may not be the nearest.
-constexpr float kFarFoot = 0.25f;
+constexpr float kFarFoot = 0.1f;
 
+constexpr std::uint32_t kLaneBits = kDistanceLanes - 1;
 constexpr std::array<std::size_t, 3> kNext{1, 2, 0};
 
 float segment_distance(Vec3f p, Vec3f a, Vec3f b) {
@@ -28,7 +28,11 @@ float segment_distance(Vec3f p, Vec3f a, Vec3f b) {
   return norm(p - (a + s * d));
 }
 
-bool has(const Triangle& t, std::uint32_t v) { return t[0] == v || t[1] == v || t[2] == v; }
+bool has(const Triangle& t, std::uint32_t v) { return (t[0] == v) | (t[1] == v) | (t[2] == v); }
+
+void put(std::array<Lanes, 3>& lanes, std::size_t lane, Vec3f v) {
+  lanes[0][lane] = v.x, lanes[1][lane] = v.y, lanes[2][lane] = v.z;
+}
 
 /// Where the rest [at, end] of a fine edge comes nearest to the coarse edge p-q. Moves `at` there
 /// and returns the distance. Ericson 2005, "Real-Time Collision Detection", 5.1.9.
@@ -55,113 +59,108 @@ void StepError::prepare(const SimplifyMesh& mesh, const Simplifier& simplifier,
   simplifier_ = &simplifier;
   fine_ = fine;
   original_ = original;
-  shared_ = shared;
-  feet_.assign(mesh.positions.size(), kNone);
-  own_.assign(mesh.positions.size(), 0);
-  find_neighbours();
-  // A triangle that stayed and had the vertex lies on the way from the parent to it.
-  for (std::uint32_t t = 0; t < original.size(); ++t) {
-    const Triangle& now = mesh.triangles[t];
-    if (now[0] == kNone) continue;
-    for (std::size_t c = 0; c < 3; ++c) {
-      if (now[c] != original[t][c]) feet_[original[t][c]] = t;
-    }
+  const std::size_t count = mesh.positions.size();
+  feet_.assign(count, kNone);
+  own_.assign(count, 0);
+  first_.assign(count, kNone);
+  next_.resize(count);
+  within_.resize(count);
+  for (std::uint32_t v = 0; v < count; ++v) {
+    within_[v] = simplifier.is_inside(v) && (shared.empty() || shared[v] == 0);
+    const std::uint32_t parent = simplifier.parents()[v];
+    if (parent != v) next_[v] = std::exchange(first_[parent], v);
   }
-  for (std::uint32_t v = 0; v < feet_.size(); ++v) {
-    if (simplifier.parents()[v] != v) find_foot(v);
-  }
-}
-
-/// Which triangle lies on the other side of each edge (e, e + 1) of each triangle, or kNone.
-void StepError::find_neighbours() {
-  const std::vector<Triangle>& triangles = mesh_->triangles;
-  neighbours_.assign(triangles.size(), {kNone, kNone, kNone});
-  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
-    if (triangles[t][0] == kNone) continue;
-    for (std::size_t e = 0; e < 3; ++e) {
-      if (neighbours_[t][e] != kNone) continue;
-      const std::uint32_t from = triangles[t][e], to = triangles[t][kNext[e]];
-      for (const std::uint32_t other : simplifier_->fans().of(from)) {
-        const Triangle& o = triangles[other];
-        if (other == t || !has(o, to)) continue;
-        neighbours_[t][e] = other;
-        for (std::size_t f = 0; f < 3; ++f) {
-          if (o[f] == to && o[kNext[f]] == from) neighbours_[other][f] = t;
-        }
-        break;
-      }
-    }
+  for (std::uint32_t v = 0; v < count; ++v) {
+    if (first_[v] != kNone) find_feet(v);
   }
 }
 
-/// Walks over the coarse triangles towards the vertex, each time across the edge that it lies
-/// farthest beyond.
-void StepError::find_foot(std::uint32_t vertex) {
-  const Vec3f w = fine_[vertex];
-  std::uint32_t at = feet_[vertex], before = kNone;
-  feet_[vertex] = kNone;
-  if (at == kNone) {
-    const auto fan = simplifier_->fans().of(simplifier_->parents()[vertex]);
-    if (fan.empty()) {
-      own_[vertex] = norm(w - mesh_->positions[simplifier_->parents()[vertex]]);
-      return;
-    }
-    at = fan.front();
+void StepError::gather(std::uint32_t vertex, Fan& fan) const {
+  const std::span<const std::uint32_t> triangles = simplifier_->fans().of(vertex);
+  const std::vector<Vec3f>& positions = mesh_->positions;
+  const Vec3f at = positions[vertex];
+  fan.lanes.resize((triangles.size() + kDistanceLanes - 1) / kDistanceLanes);
+  fan.triangles.resize(fan.lanes.size() * kDistanceLanes);
+  for (std::size_t i = 0; i < fan.triangles.size(); ++i) {
+    const std::uint32_t triangle = triangles[i < triangles.size() ? i : 0];
+    const Triangle& t = mesh_->triangles[triangle];
+    const std::size_t corner = (t[1] == vertex) + 2u * (t[2] == vertex);
+    const std::size_t next = kNext[corner];
+    FanLanes& lanes = fan.lanes[i / kDistanceLanes];
+    put(lanes.next, i % kDistanceLanes, positions[t[next]] - at);
+    put(lanes.prev, i % kDistanceLanes, positions[t[kNext[next]]] - at);
+    fan.triangles[i] = triangle;
   }
-  for (int steps = 0; steps < kWalkLimit; ++steps) {
-    const Triangle& t = mesh_->triangles[at];
-    const std::array<Vec3f, 3> p{mesh_->positions[t[0]], mesh_->positions[t[1]],
-                                 mesh_->positions[t[2]]};
-    const std::array<Vec3f, 3> edges{p[1] - p[0], p[2] - p[1], p[0] - p[2]};
-    const Vec3f n = cross(edges[0], edges[1]);
-    std::size_t worst = 3;
-    float beyond = 0;
-    for (std::size_t e = 0; e < 3; ++e) {
-      const float side = dot(n, cross(edges[e], w - p[e]));
-      if (side < beyond) beyond = side, worst = e;
+  for (FanLanes& lanes : fan.lanes) measure_fan(lanes);
+}
+
+/// The point is relative to the vertex in the fan's middle.
+StepError::Foot StepError::foot_in(const Fan& fan, Vec3f point) const {
+  Foot foot{std::numeric_limits<float>::infinity(), kNone, false};
+  for (std::size_t f = 0; f < fan.lanes.size(); ++f) {
+    FanDistances distances;
+    distances_to_fan(fan.lanes[f], point, distances);
+    // Floats from 0 on are ordered as their bits are; with the lane in the lowest three the least
+    // is found without guessing which it is. They are rounded up where they serve as distances.
+    std::uint32_t least = kNone;
+    for (std::uint32_t i = 0; i < kDistanceLanes; ++i) {
+      const auto bits = std::bit_cast<std::uint32_t>(distances.square[i]);
+      least = std::min(least, (bits & ~kLaneBits) | i);
     }
-    if (worst == 3) {
-      const float length = norm(n);
-      if (length == 0) break;
-      feet_[vertex] = at;
-      own_[vertex] = std::abs(dot(n, w - p[0])) / length;
-      break;
-    }
-    const std::uint32_t next = neighbours_[at][worst];
-    if (next == kNone || next == before) break;
-    before = at;
-    at = next;
+    const float square = std::bit_cast<float>(least | kLaneBits);
+    if (!(square < foot.square)) continue;
+    const std::size_t lane = least & kLaneBits;
+    foot = {square, fan.triangles[f * kDistanceLanes + lane], distances.is_beyond[lane] != 0};
   }
-  // Beyond a border, at a crease or a corner that lies between the triangles, or above a triangle
-  // that is not the nearest.
-  const float way = norm(w - mesh_->positions[simplifier_->parents()[vertex]]);
-  if (feet_[vertex] == kNone || own_[vertex] > kFarFoot * way) find_nearest(vertex, at);
-  if (simplifier_->is_border(vertex)) {
-    own_[vertex] = std::max(own_[vertex], border_distance(vertex));
+  return foot;
+}
+
+/// Feet of all that became one vertex.
+void StepError::find_feet(std::uint32_t parent) {
+  gather(parent, fan_);
+  const Vec3f at = mesh_->positions[parent];
+  for (std::uint32_t v = first_[parent]; v != kNone; v = next_[v]) {
+    const Vec3f way = fine_[v] - at;
+    Foot foot = foot_in(fan_, way);
+    if (foot.triangle == kNone) {
+      own_[v] = norm(way);
+      continue;
+    }
+    if (foot.is_beyond || foot.square > kFarFoot * kFarFoot * dot(way, way)) {
+      look_round(v, parent, foot);
+    }
+    feet_[v] = foot.triangle;
+    own_[v] = std::sqrt(foot.square);
+    if (simplifier_->is_border(v)) own_[v] = std::max(own_[v], border_distance(v));
   }
 }
 
-/// The nearest point of the triangles round the parent and round the triangle `at`, and round those
-/// again as long as they come nearer.
-void StepError::find_nearest(std::uint32_t vertex, std::uint32_t at) {
-  float nearest = std::numeric_limits<float>::infinity();
-  const auto look_round = [&](std::uint32_t corner) {
-    for (const std::uint32_t triangle : simplifier_->fans().of(corner)) {
-      const Triangle& t = mesh_->triangles[triangle];
-      const float square = nearest_on_triangle(fine_[vertex], mesh_->positions[t[0]],
-                                               mesh_->positions[t[1]], mesh_->positions[t[2]])
-                               .distance_sq;
-      if (square < nearest) nearest = square, feet_[vertex] = triangle;
+/// Looks for a nearer foot round the foot's triangle, and on as long as there is one.
+void StepError::look_round(std::uint32_t vertex, std::uint32_t parent, Foot& foot) {
+  std::array<std::uint32_t, kLookLimit> seen{parent};
+  std::size_t count = 1;
+  for (bool is_nearer = true; is_nearer;) {
+    is_nearer = false;
+    const Triangle corners = mesh_->triangles[foot.triangle];
+    for (const std::uint32_t corner : corners) {
+      if (std::find(seen.begin(), seen.begin() + count, corner) != seen.begin() + count) continue;
+      if (count == seen.size()) return;
+      seen[count++] = corner;
+      gather(corner, farther_);
+      const Foot other = foot_in(farther_, fine_[vertex] - mesh_->positions[corner]);
+      if (other.square < foot.square) foot = other, is_nearer = true;
     }
-  };
-  look_round(simplifier_->parents()[vertex]);
-  for (int steps = 0; steps < kWalkLimit; ++steps) {
-    const Triangle corners = mesh_->triangles[at];
-    for (const std::uint32_t corner : corners) look_round(corner);
-    if (feet_[vertex] == at) break;
-    at = feet_[vertex];
   }
-  own_[vertex] = std::sqrt(nearest);
+}
+
+/// The triangle on the other side of the edge (e, e + 1) of a triangle, or kNone.
+std::uint32_t StepError::across(std::uint32_t triangle, std::size_t e) const {
+  const Triangle& t = mesh_->triangles[triangle];
+  const std::uint32_t to = t[kNext[e]];
+  for (const std::uint32_t other : simplifier_->fans().of(t[e])) {
+    if (other != triangle && has(mesh_->triangles[other], to)) return other;
+  }
+  return kNone;
 }
 
 /// From a vertex that was on the border to the border next to its parent: a concave border that is
@@ -172,7 +171,7 @@ float StepError::border_distance(std::uint32_t vertex) const {
   for (const std::uint32_t t : simplifier_->fans().of(parent)) {
     for (std::size_t e = 0; e < 3; ++e) {
       const Triangle& triangle = mesh_->triangles[t];
-      if (neighbours_[t][e] != kNone) continue;
+      if (across(t, e) != kNone) continue;
       nearest = std::min(nearest, segment_distance(fine_[vertex], mesh_->positions[triangle[e]],
                                                    mesh_->positions[triangle[kNext[e]]]));
     }
@@ -180,40 +179,116 @@ float StepError::border_distance(std::uint32_t vertex) const {
   return nearest;
 }
 
-/// Over the edge e of a triangle alone.
-float StepError::over(std::uint32_t a, std::uint32_t b, std::uint32_t triangle,
-                      std::size_t e) const {
-  const Triangle& t = mesh_->triangles[triangle];
-  Vec3f at = fine_[a];
-  return pass_over(mesh_->positions[t[e]], mesh_->positions[t[kNext[e]]], fine_[b], at);
+/// Edges of the fine surface with the coarse edges that they may pass over, one or two with a
+/// common end.
+class StepError::Crossings {
+ public:
+  Crossings(const StepError& step, float least) : error_(least), step_(step) {}
+
+  void over(std::uint32_t a, std::uint32_t b, std::uint32_t p, std::uint32_t q) {
+    add(a, b, p, q, once_);
+    if (once_.count == kDistanceLanes) settle(once_);
+  }
+  void over(std::uint32_t a, std::uint32_t b, std::uint32_t p, std::uint32_t q, std::uint32_t r) {
+    put(further_, twice_.count, step_.mesh_->positions[r]);
+    add(a, b, p, q, twice_);
+    if (twice_.count == kDistanceLanes) settle_twice();
+  }
+  void search(std::uint32_t a, std::uint32_t b) { error_ = std::max(error_, step_.search(a, b)); }
+  float error() {
+    settle(once_);
+    settle_twice();
+    return error_;
+  }
+
+ private:
+  struct Batch {
+    SegmentLanes segments{};
+    Lanes distances{};
+    std::array<std::array<std::uint32_t, 2>, kDistanceLanes> edges{};
+    std::size_t count = 0;
+  };
+
+  void add(std::uint32_t a, std::uint32_t b, std::uint32_t p, std::uint32_t q, Batch& batch) {
+    put(batch.segments.a, batch.count, step_.fine_[a]);
+    put(batch.segments.b, batch.count, step_.fine_[b]);
+    put(batch.segments.p, batch.count, step_.mesh_->positions[p]);
+    put(batch.segments.q, batch.count, step_.mesh_->positions[q]);
+    batch.edges[batch.count++] = {a, b};
+  }
+  void settle_twice() {
+    pass_over_segments(twice_.segments, twice_.distances);
+    const Lanes first = twice_.distances;
+    twice_.segments.q = further_;
+    pass_over_segments(twice_.segments, twice_.distances);
+    for (std::size_t i = 0; i < twice_.count; ++i) {
+      twice_.distances[i] = std::max(twice_.distances[i], first[i]);
+    }
+    settle_measured(twice_);
+  }
+  void settle(Batch& batch) {
+    pass_over_segments(batch.segments, batch.distances);
+    settle_measured(batch);
+  }
+  /// Another way is looked for where this one is the farthest of all.
+  void settle_measured(Batch& batch) {
+    for (std::size_t i = 0; i < batch.count; ++i) {
+      const float distance = batch.distances[i];
+      if (distance <= error_) continue;
+      const float searched = step_.search(batch.edges[i][0], batch.edges[i][1]);
+      error_ = std::max(error_, std::min(distance, searched));
+    }
+    batch.count = 0;
+  }
+
+  float error_;
+  const StepError& step_;
+  Batch once_, twice_;
+  std::array<Lanes, 3> further_{};
+};
+
+/// Takes the edge from foot to foot over the coarse edge that the feet's triangles share, or by way
+/// of one triangle between them.
+void StepError::pass(std::uint32_t a, std::uint32_t b, Crossings& crossings) const {
+  const std::vector<Triangle>& triangles = mesh_->triangles;
+  if (feet_[b] == kNone) std::swap(a, b);
+  if (feet_[a] == kNone) return pass_from_vertex(a, b, crossings);
+  const Triangle &from = triangles[feet_[a]], &to = triangles[feet_[b]];
+  std::uint32_t p = kNone, q = kNone;
+  for (const std::uint32_t v : from) {
+    const bool is_shared = has(to, v);
+    q = is_shared ? p : q;
+    p = is_shared ? v : p;
+  }
+  if (p == kNone) return crossings.search(a, b);
+  if (q != kNone) return crossings.over(a, b, p, q);
+  for (const std::uint32_t t : simplifier_->fans().of(p)) {
+    const Triangle& triangle = triangles[t];
+    const std::size_t corner = (triangle[1] == p) + 2u * (triangle[2] == p);
+    const std::uint32_t next = triangle[kNext[corner]], prev = triangle[kNext[kNext[corner]]];
+    if (has(from, next) && has(to, prev)) return crossings.over(a, b, p, next, prev);
+    if (has(from, prev) && has(to, next)) return crossings.over(a, b, p, prev, next);
+  }
+  crossings.search(a, b);
 }
 
-/// Distance along the fine edge from a to b, its ends left out; what is not above `enough` need not
-/// be the least that can be shown.
-float StepError::edge_error(std::uint32_t a, std::uint32_t b, float enough) const {
+/// The same from a vertex a that stays, over the third edge of one of its triangles.
+void StepError::pass_from_vertex(std::uint32_t a, std::uint32_t b, Crossings& crossings) const {
   const std::vector<Triangle>& triangles = mesh_->triangles;
-  const std::uint32_t from = feet_[a], to = feet_[b];
-  float least = std::numeric_limits<float>::infinity();
-  if (from == kNone && to == kNone) {
-    for (const std::uint32_t t : simplifier_->fans().of(a)) {
-      if (has(triangles[t], b)) return 0;
+  const std::uint32_t to = feet_[b];
+  for (const std::uint32_t t : simplifier_->fans().of(a)) {
+    const Triangle& triangle = triangles[t];
+    if (to == kNone) {
+      if (has(triangle, b)) return;
+      continue;
     }
-  } else if (from == kNone || to == kNone) {
-    const std::uint32_t stays = from == kNone ? a : b, foot = from == kNone ? to : from;
-    if (has(triangles[foot], stays)) return 0;
-    for (std::size_t e = 0; e < 3; ++e) {
-      const std::uint32_t other = neighbours_[foot][e];
-      if (other != kNone && has(triangles[other], stays)) {
-        least = std::min(least, over(a, b, foot, e));
-      }
-    }
-  } else {
-    if (from == to) return 0;
-    for (std::size_t e = 0; e < 3; ++e) {
-      if (neighbours_[from][e] == to) least = std::min(least, over(a, b, from, e));
+    const std::size_t corner = (triangle[1] == a) + 2u * (triangle[2] == a);
+    const std::uint32_t next = triangle[kNext[corner]], prev = triangle[kNext[kNext[corner]]];
+    if (has(triangles[to], next) && has(triangles[to], prev)) {
+      return crossings.over(a, b, next, prev);
     }
   }
-  return least <= enough ? least : std::min(least, search(a, b));
+  crossings.search(a, b);
 }
 
 /// Triangles that a fine edge may pass on its way.
@@ -252,10 +327,11 @@ float StepError::search(std::uint32_t a, std::uint32_t b) const {
   if (feet_[a] == kNone && feet_[b] != kNone) std::swap(a, b);
   const std::vector<Triangle>& triangles = mesh_->triangles;
   Ways ways;
-  const auto cross_edge = [&](std::uint32_t triangle, std::size_t e, Vec3f at, float largest) {
+  const auto cross_edge = [&](std::uint32_t triangle, std::size_t e, Vec3f at, float largest,
+                              std::uint32_t before) {
     const Triangle& t = triangles[triangle];
-    const std::uint32_t other = neighbours_[triangle][e];
-    if (other == kNone) return;
+    const std::uint32_t other = across(triangle, e);
+    if (other == kNone || other == before) return;
     const float distance =
         pass_over(mesh_->positions[t[e]], mesh_->positions[t[kNext[e]]], fine_[b], at);
     ways.add({other, triangle, false, std::max(distance, largest), at});
@@ -266,7 +342,7 @@ float StepError::search(std::uint32_t a, std::uint32_t b) const {
     // A vertex that stays is a corner of its triangles; the way leads over the third edge.
     for (const std::uint32_t t : simplifier_->fans().of(a)) {
       const std::size_t corner = (triangles[t][1] == a) + 2u * (triangles[t][2] == a);
-      cross_edge(t, kNext[corner], fine_[a], 0);
+      cross_edge(t, kNext[corner], fine_[a], 0, kNone);
     }
   }
   while (Ways::Passed* const way = ways.next()) {
@@ -275,33 +351,44 @@ float StepError::search(std::uint32_t a, std::uint32_t b) const {
     const std::uint32_t t = from.triangle;
     if (feet_[b] != kNone ? t == feet_[b] : has(triangles[t], b)) return from.largest;
     for (std::size_t e = 0; e < 3; ++e) {
-      if (neighbours_[t][e] != from.before) cross_edge(t, e, from.at, from.largest);
+      cross_edge(t, e, from.at, from.largest, from.before);
     }
   }
   // No way there: what is certain is that distances grow no faster than the way along the edge.
   return std::max(own_[a], own_[b]) + norm(fine_[b] - fine_[a]);
 }
 
-/// Whether the edge is met again from its other side, by the same range of triangles.
-bool StepError::is_met_twice(std::uint32_t a, std::uint32_t b) const {
-  const auto is_within = [&](std::uint32_t v) {
-    return simplifier_->is_inside(v) && (shared_.empty() || shared_[v] == 0);
-  };
-  return is_within(a) || is_within(b);
+/// Whether a fine edge may have to pass over coarse edges: not where both its feet are on one
+/// triangle, and not where it is met again from its other side. Without branches, for which it is
+/// cannot be foretold.
+bool StepError::may_pass(std::uint32_t a, std::uint32_t b) const {
+  const std::uint32_t from = feet_[a], to = feet_[b];
+  const bool stays = from == kNone, ends = to == kNone;
+  // Of a vertex that stays and a foot; any triangle will do for two vertices or two feet.
+  const std::uint32_t other = stays ? to : from;
+  const Triangle& t = mesh_->triangles[other == kNone ? 0 : other];
+  const bool is_corner = (stays != ends) & has(t, stays ? a : b);
+  const bool is_within = (within_[a] | within_[b]) != 0;
+  // An edge between two vertices that stay does, too, where the surface is a manifold.
+  const bool is_again = (a > b) & is_within;
+  return ((from != to) | (stays & !is_within)) & !(is_again | is_corner);
 }
 
-float StepError::of(std::size_t begin, std::size_t end) const {
-  float error = 0;
+float StepError::of(std::size_t begin, std::size_t end, float least) {
+  passing_.resize(std::max(passing_.size(), 3 * (end - begin)));
+  std::size_t count = 0;
   for (std::size_t i = begin; i < end; ++i) {
     const Triangle& t = original_[i];
-    error = std::max({error, own_[t[0]], own_[t[1]], own_[t[2]]});
     for (std::size_t e = 0; e < 3; ++e) {
       const std::uint32_t a = t[e], b = t[kNext[e]];
-      if (a > b && is_met_twice(a, b)) continue;
-      error = std::max(error, edge_error(std::min(a, b), std::max(a, b), error));
+      least = std::max(least, own_[a]);
+      passing_[count] = {std::min(a, b), std::max(a, b)};
+      count += may_pass(a, b);
     }
   }
-  return error;
+  Crossings crossings(*this, least);
+  for (std::size_t i = 0; i < count; ++i) pass(passing_[i][0], passing_[i][1], crossings);
+  return crossings.error();
 }
 
 }  // namespace cornice::hlod
