@@ -30,4 +30,12 @@ Picture read_picture(const Target& target) {
   return picture;
 }
 
+float read_depth(const Target& target, int x, int y) {
+  float depth = 0.0f;
+  // OpenGL's first row is the lowest.
+  glGetTextureSubImage(target.depth(), 0, x, target.height() - 1 - y, 0, 1, 1, 1,
+                       GL_DEPTH_COMPONENT, GL_FLOAT, sizeof depth, &depth);
+  return depth;
+}
+
 }  // namespace cornice::viewer

@@ -13,4 +13,7 @@ void resolve(const Target& target, const Target& resolved);
 /// The colours of a target of one sample, the upper row first.
 Picture read_picture(const Target& target);
 
+/// The depth that was drawn in pixel (x, y) of a target of one sample, (0, 0) at the upper left.
+float read_depth(const Target& target, int x, int y);
+
 }  // namespace cornice::viewer

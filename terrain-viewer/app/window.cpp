@@ -187,10 +187,7 @@ class WindowApp {
   /// The ground seen in a pixel of the frame drawn last; nothing for sky.
   std::optional<Vec3d> point_under(double x, double y) const {
     if (!canvas_ || x < 0.0 || y < 0.0 || x >= width_ || y >= height_) return std::nullopt;
-    float depth = 0.0f;
-    glGetTextureSubImage(canvas_->shown.depth(), 0, static_cast<GLint>(x),
-                         height_ - 1 - static_cast<GLint>(y), 0, 1, 1, 1, GL_DEPTH_COMPONENT,
-                         GL_FLOAT, sizeof depth, &depth);
+    const float depth = read_depth(canvas_->shown, static_cast<int>(x), static_cast<int>(y));
     return point_of_depth(drawn_camera_, pane_width_, height_, in_pane(x), y, depth);
   }
 
