@@ -13,6 +13,7 @@
 
 #include "core/io/ply.h"
 #include "terrain-viewer/scene/camera_file.h"
+#include "terrain-viewer/scene/ramp.h"
 #include "tests/support/meshes.h"
 #include "tests/support/picture.h"
 #include "tests/support/process.h"
@@ -82,6 +83,51 @@ TEST_F(Viewer, DrawsAllThereIsWhereNoCameraIsGiven) {
     for (const int y : {0, 199})
       EXPECT_EQ(picture.pixels[static_cast<std::size_t>(y * 320 + x)],
                 (std::array<std::uint8_t, 3>{0, 0, 0}));
+}
+
+TEST_F(Viewer, SaysInThePictureWhatTheColoursMeanWhereAskedTo) {
+  const auto draw = [&](const std::string& name, std::vector<std::string> more) {
+    more.insert(more.end(), {"-o", at(name), "--size", "400x300", "--shading", "slope"});
+    EXPECT_EQ(view(more).exit_code, 0);
+    return test::read_png(at(name));
+  };
+  const Picture with = draw("with.png", {"--legend"}), without = draw("without.png", {});
+  const Ramp ramp = slope_ramp();
+  const auto shows_ramp = [&](const Picture& picture, int x) {
+    std::size_t next = 0;
+    for (int y = picture.height - 1; y >= 0 && next + 1 < ramp.stops.size(); --y)
+      if (picture.pixels[static_cast<std::size_t>(y * picture.width + x)] ==
+          ramp.stops[next].colour)
+        ++next;
+    return next + 1 == ramp.stops.size();
+  };
+  int shown = 0, elsewhere = 0;
+  for (int x = 0; x < 400; ++x) {
+    shown += shows_ramp(with, x) ? 1 : 0;
+    elsewhere += shows_ramp(without, x) ? 1 : 0;
+    if (x >= 250) continue;
+    for (int y = 0; y < 300; ++y) {
+      const auto pixel = static_cast<std::size_t>(y * 400 + x);
+      ASSERT_EQ(with.pixels[pixel], without.pixels[pixel]) << "only the legend's corner changes";
+    }
+  }
+  EXPECT_GE(shown, 15);
+  EXPECT_EQ(elsewhere, 0);
+}
+
+TEST_F(Viewer, FindsViewsOfItsOwn) {
+  for (const char* from : {"overview", "steepest"}) {
+    const std::string name = std::string(from) + ".png";
+    const ProcessResult drawn = view(
+        {"-o", at(name), "--view", from, "--size", "320x200", "--no-sky", "--shading", "plain"});
+    ASSERT_EQ(drawn.exit_code, 0) << drawn.err;
+    const Picture picture = test::read_png(at(name));
+    const std::size_t black = test::count_of(picture, {0, 0, 0});
+    EXPECT_LT(black, 64000u * 2 / 3) << from << ": the ground fills a third and more";
+    // The middle of the picture is ground.
+    EXPECT_NE(picture.pixels[320 * 100 + 160], (std::array<std::uint8_t, 3>{0, 0, 0})) << from;
+  }
+  EXPECT_EQ(view({"-o", at("x.png"), "--view", "below"}).exit_code, 2);
 }
 
 TEST_F(Viewer, ShowsNoCrackInAFlightThroughLevelsThatAreStillBeingLoaded) {

@@ -232,6 +232,33 @@ class Window(Base):
             self.display.do("key", key)
             until(lambda: share_changed(before, self.display.pixels()) > 0.03)
 
+    def test_slopes_have_the_legend_of_their_colours(self):
+        colours = [(236, 240, 232), (250, 230, 80), (244, 150, 50), (220, 60, 50), (150, 60, 150),
+                   (80, 50, 120), (20, 20, 20)]
+        self.take_picture()
+        self.assertEqual(self.columns_with(colours), 0)
+        for _ in range(2):
+            before = self.settled_screen()
+            self.display.do("key", "n")
+            until(lambda: share_changed(before, self.display.pixels()) > 0.03)
+        until(lambda: self.columns_with(colours) >= 15)
+
+    def columns_with(self, colours):
+        """Columns of the screen that show the colours one over the other, the first at the
+        bottom."""
+        screen, found = self.display.pixels(), 0
+        height, width = 700, 900
+        for x in range(400, width):
+            left = list(colours)
+            for y in range(height - 1, -1, -1):
+                at = 4 * (y * width + x)
+                if screen[at:at + 3] == bytes(reversed(left[0])):
+                    left.pop(0)
+                    if not left:
+                        found += 1
+                        break
+        return found
+
     def test_a_signal_ends_it(self):
         self.viewer.send_signal(signal.SIGTERM)
         self.assertEqual(self.viewer.wait(PATIENCE_S), 128 + signal.SIGTERM)
