@@ -144,7 +144,7 @@ int main(int argc, char** argv) {
         app.add_option("--large", own.large, "hierarchy to fly over; made there where it is not");
         app.add_option("--scene", own.scene, "hierarchy for pictures; made there where it is not");
         app.add_option("--flight-error-pixels", own.flight.error_pixels,
-                       "error on the screen (1.2: about 1000 cells)");
+                       "error on the screen (0.5: about 1000 cells)");
       },
       [&](const Options& options, Result& result) {
         const ScratchFolder folder("viewer");

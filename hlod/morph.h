@@ -9,6 +9,8 @@
 //                  \                    parent + lambda (itself - parent)
 //   0 --------------'-------- d
 //            start_l  end_l
+//
+// The band is a sixteenth of the way to its end, or what radii leave of that.
 #pragma once
 
 #include <algorithm>

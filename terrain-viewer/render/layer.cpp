@@ -4,6 +4,7 @@
 #include "terrain-viewer/render/layer.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -16,6 +17,9 @@ namespace cornice::viewer {
 namespace {
 
 constexpr std::uint32_t kNoParent = std::numeric_limits<std::uint32_t>::max();
+/// Of the error that a surface may have on the screen, what radii are made for: light shows relief
+/// that is flatter than that (decision 600).
+constexpr double kErrorShare = 0.9;
 /// Radii reach what they should be within some such times; slow enough not to be seen.
 constexpr double kRadiiSeconds = 0.35;
 /// How far ahead of the eye's motion is read.
@@ -29,7 +33,7 @@ constexpr double kWiderDeg = 30.0;
 constexpr double kRoomShare = 0.85;
 /// By what radii are cut, again and again, until a view fits into that.
 constexpr double kRoomFactor = 0.9;
-constexpr int kRoomStepLimit = 50;
+constexpr int kRoomStepLimit = 100;
 
 std::uint64_t packed_vertices(const hlod::Node& node) {
   return std::uint64_t{node.vertices} + (node.key.level > 0 ? node.parents : node.vertices);
@@ -129,8 +133,8 @@ std::vector<std::uint32_t> Layer::missing_of_need() const {
 }
 
 hlod::Radii Layer::wanted_radii(const LayerView& view, std::uint64_t capacity_bytes) {
-  const double scale =
-      hlod::error_scale(view.error_pixels, view.height, view.camera.field_of_view_deg);
+  const double scale = hlod::error_scale(kErrorShare * view.error_pixels, view.height,
+                                         view.camera.field_of_view_deg);
   if (scale != scale_) {
     reaches_ = hlod::reaches(tree_, scale);
     scale_ = scale;
@@ -140,7 +144,7 @@ hlod::Radii Layer::wanted_radii(const LayerView& view, std::uint64_t capacity_by
   if (view.triangle_budget > 0)
     share = hlod::share_for_budget(tree_, radii, eye_, frustum_, view.triangle_budget, scratch_);
   if (has_radii_) share = std::min(share, share_ + kShareRisePerSecond * view.seconds);
-  // Where the frame before had to be cut, this one tries one step less: a walk or two, not fifty.
+  // Where the frame before had to be cut, this one tries one step less: a walk or two.
   const auto room = static_cast<std::uint64_t>(kRoomShare * static_cast<double>(capacity_bytes));
   room_step_ = has_radii_ ? std::max(0, room_step_ - 1) : 0;
   while (true) {
@@ -190,22 +194,28 @@ bool Layer::upload(std::uint32_t tree_cell, GpuCells& cells, std::uint64_t frame
   return is_whole;
 }
 
-void Layer::stream(const std::vector<std::uint32_t>& missing, std::uint64_t upload_bytes,
+void Layer::stream(const std::vector<std::uint32_t>& missing, const UploadLimit& limit,
                    GpuCells& cells, std::uint64_t frame) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto has_room = [&] {
+    if (counts_.uploaded_bytes == 0) return true;
+    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
+    return static_cast<double>(counts_.uploaded_bytes) < limit.bytes &&
+           spent.count() < limit.seconds;
+  };
   counts_.uploaded_bytes = 0;
-  std::vector<std::uint32_t> rows;
+  rows_.clear();
   for (const std::uint32_t c : missing) {
     bool is_held = true;
     for (std::uint32_t part = 0; part < tree_.cells[c].parts; ++part) {
       const std::uint32_t row = tree_.cells[c].first_node + part;
       if (cells.holds({id_, row}) || store_.find(row)) continue;
       is_held = false;
-      rows.push_back(row);
+      rows_.push_back(row);
     }
-    if (is_held && (counts_.uploaded_bytes == 0 || counts_.uploaded_bytes < upload_bytes))
-      upload(c, cells, frame);
+    if (is_held && has_room()) upload(c, cells, frame);
   }
-  store_.want(rows);
+  store_.want(rows_);
 }
 
 void Layer::keep_need(GpuCells& cells, std::uint64_t frame) {
@@ -259,7 +269,8 @@ const DrawList& Layer::update(const LayerView& view, GpuCells& cells, std::uint6
         hlod::scaled(hlod::radii_for_eye(tree_, reaches_, ahead), share_, tree_.metric), ahead,
         wider_);
   }
-  stream(missing, static_cast<std::uint64_t>(view.upload_bytes_per_s * view.seconds), cells, frame);
+  stream(missing, {view.upload_bytes_per_s * view.seconds, view.upload_time_share * view.seconds},
+         cells, frame);
   const double share = has_radii_ ? 1.0 - std::exp(-view.seconds / kRadiiSeconds) : 1.0;
   radii_ = hlod::blended(has_radii_ ? radii_ : target, target, share, tree_.metric);
   has_radii_ = true;
@@ -269,6 +280,8 @@ const DrawList& Layer::update(const LayerView& view, GpuCells& cells, std::uint6
 }
 
 bool Layer::settle(const LayerView& view, GpuCells& cells, std::uint64_t frame) {
+  constexpr double kForever = std::numeric_limits<double>::infinity();
+  constexpr UploadLimit kNoLimit{kForever, kForever};
   look(view);
   has_radii_ = false;
   const hlod::Radii target = wanted_radii(view, cells.capacity_bytes());
@@ -280,9 +293,9 @@ bool Layer::settle(const LayerView& view, GpuCells& cells, std::uint64_t frame) 
     if (missing.empty() || missing.size() >= missing_before) break;
     missing_before = missing.size();
     // In batches that the store can hold.
-    stream(missing, std::numeric_limits<std::uint64_t>::max(), cells, frame);
+    stream(missing, kNoLimit, cells, frame);
     store_.wait();
-    stream(missing, std::numeric_limits<std::uint64_t>::max(), cells, frame);
+    stream(missing, kNoLimit, cells, frame);
   }
   radii_ = target;
   has_radii_ = true;

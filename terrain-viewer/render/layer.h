@@ -27,6 +27,7 @@ struct LayerView {
   double seconds = 0.0;               ///< since the frame before
   Vec3d velocity;                     ///< of the eye, metres a second: what comes is read ahead
   double upload_bytes_per_s = 192e6;  ///< to the GPU, but one cell a frame at least
+  double upload_time_share = 0.015;   ///< of `seconds` that uploads may take up, likewise
 };
 
 struct LayerCounts {
@@ -75,8 +76,12 @@ class Layer {
   void look(const LayerView& view);
   bool fits(const hlod::Radii& radii, std::uint64_t room);
   std::vector<std::uint32_t> missing_of_need() const;
-  void stream(const std::vector<std::uint32_t>& missing, std::uint64_t upload_bytes,
-              GpuCells& cells, std::uint64_t frame);
+  /// What a frame may take up to the GPU.
+  struct UploadLimit {
+    double bytes = 0.0, seconds = 0.0;
+  };
+  void stream(const std::vector<std::uint32_t>& missing, const UploadLimit& limit, GpuCells& cells,
+              std::uint64_t frame);
   bool upload(std::uint32_t tree_cell, GpuCells& cells, std::uint64_t frame);
   void keep_need(GpuCells& cells, std::uint64_t frame);
   void set_present(std::uint32_t tree_cell, bool is_present);
@@ -106,6 +111,7 @@ class Layer {
   bool has_radii_ = false;
   hlod::Selection selection_, scratch_;
   std::vector<std::uint64_t> order_;  ///< memory that choose() uses again
+  std::vector<std::uint32_t> rows_;   ///< memory that stream() uses again
   DrawList list_;
   LayerCounts counts_;
 };

@@ -51,9 +51,11 @@ TEST(Morph, WeightFallsFromStartToEnd) {
   for (int level = 1; level <= metric.finest_level; ++level) {
     const MorphBand m = morph_band(radii, level, metric);
     const auto l = static_cast<std::size_t>(level);
-    const auto start =
+    const auto earliest =
         static_cast<std::int32_t>(radii.of[l] + metric.side(level) + metric.share(level));
     const auto end = static_cast<std::int32_t>(radii.of[l - 1] - 2 * metric.share(level));
+    const std::int32_t start = end - std::max(end / 16, metric.side(level) / 8);
+    ASSERT_GT(start, earliest) << "nothing is told of the band's own width";
     EXPECT_EQ(morph_weight(0, m), 32768);
     EXPECT_EQ(morph_weight(start, m), 32768);
     EXPECT_EQ(morph_weight(end, m), 0);
