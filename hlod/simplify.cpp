@@ -39,6 +39,9 @@ constexpr float kTurnCosineSq = 0.06f;
 constexpr float kGuessShare = 0.12f;
 /// Part of the remaining vertices that one sweep may take.
 constexpr double kSweepShare = 0.6;
+/// Vertices that a sweep looks at for each that is too many: about half of them have a neighbour
+/// that goes before them.
+constexpr double kSpareTimes = 1.6;
 /// Every so many vertices stand for all where costs are counted.
 constexpr std::size_t kCostStride = 4;
 /// So many candidates ahead of the one that is looked at, its memory is asked for, and so many
@@ -47,17 +50,16 @@ constexpr std::size_t kFarAhead = 12, kAhead = 5;
 
 }  // namespace
 
-void VertexFans::assign(std::size_t vertex_count, const std::vector<Triangle>& triangles) {
+void VertexFans::assign(std::size_t vertex_count, const std::vector<Triangle>& triangles,
+                        const std::vector<std::uint32_t>& chosen) {
   // Counts of v lie at v + 2; summed up, begins lie at v + 1, and move on to v as they are filled.
   begins_.assign(vertex_count + 2, 0);
-  for (const Triangle& t : triangles) {
-    if (t[0] == kNone) continue;
-    for (const std::uint32_t v : t) ++begins_[v + 2];
+  for (const std::uint32_t t : chosen) {
+    for (const std::uint32_t v : triangles[t]) ++begins_[v + 2];
   }
   for (std::size_t v = 2; v < begins_.size(); ++v) begins_[v] += begins_[v - 1];
   pool_.resize(begins_.back());
-  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
-    if (triangles[t][0] == kNone) continue;
+  for (const std::uint32_t t : chosen) {
     for (const std::uint32_t v : triangles[t]) pool_[begins_[v + 1]++] = t;
   }
 }
@@ -279,9 +281,7 @@ void Simplifier::price_further(std::uint32_t u, Ring& ring) const {
 
 /// Whether a triangle of the ring would turn over, or lose its area, with u at the ring's place.
 CORNICE_INLINE bool Simplifier::folds(std::uint32_t place, const Ring& ring) const {
-  const Float4 to = places_[ring.at[place]];
   const std::size_t of = place / kLanes, lane = place % kLanes;
-  (void)to;
   const float tx = ring.x[of][lane], ty = ring.y[of][lane], tz = ring.z[of][lane];
   const Int8 in_plan = Int8{} - static_cast<std::int32_t>(options_.in_plan);
   const auto first = static_cast<std::int32_t>(place);
@@ -302,8 +302,8 @@ CORNICE_INLINE bool Simplifier::folds(std::uint32_t place, const Ring& ring) con
     const Int8 turned = (old_square > 0) & ~turns_little;
     const Int8 down = in_plan & (nz > 0) & ~(mz > 0);
     const Int8 triangle = kLaneNumbers + kLanes * v;
-    const Int8 stays = (triangle < triangles) & (triangle != first) & (triangle != second);
-    bad |= stays & (turned | down);
+    const Int8 gone = (triangle == first) | (triangle == second) | (triangle >= triangles);
+    bad |= ~gone & (turned | down);
   }
   return or_of_lanes(bad) != 0;
 }
@@ -378,9 +378,9 @@ CORNICE_INLINE bool Simplifier::evaluate(std::uint32_t u, bool check_links, Ring
 CORNICE_INLINE bool Simplifier::collapse(std::uint32_t u, Ring& ring) {
   const std::uint32_t place = targets_[u], target = ring.at[place];
   if (!allowed(u, place, ring)) return false;
-  for (std::uint32_t i = 0; i < ring.count; ++i) {
+  for (int i = 0; i < kLanes * ring.vectors; ++i) {
+    // Those that fill the ring up are of it, too. What could not go before may be able to now.
     State& state = states_[ring.at[i]];
-    // What could not go before may be able to now.
     state = {state.cost == kRefused ? 0.0f : state.cost, sweep_};
   }
   const auto [begin, end] = ring.others(place);
@@ -417,18 +417,21 @@ CORNICE_INLINE void Simplifier::add_quadric(std::uint32_t u, std::uint32_t targe
 /// two; kRefused where nothing is left.
 float Simplifier::threshold() {
   std::array<std::uint32_t, 2048> counts{};
-  std::size_t candidates = 0;
   const std::size_t stride = states_.size() < 1000 ? 1 : kCostStride;
   for (std::size_t v = 0; v < states_.size(); v += stride) {
-    if (!(states_[v].cost < kRefused)) continue;
     ++counts[std::bit_cast<std::uint32_t>(states_[v].cost) >> 20];
-    ++candidates;
   }
+  // Behind the largest number lie those that are refused or never go.
+  constexpr std::uint32_t kEnd = std::bit_cast<std::uint32_t>(kRefused) >> 20;
+  std::size_t candidates = 0;
+  for (std::uint32_t bin = 0; bin < kEnd; ++bin) candidates += counts[bin];
   if (candidates == 0) return stride == 1 ? kRefused : std::numeric_limits<float>::max();
-  const std::size_t wanted = (live_ - options_.target_triangles + 1) / 2 / stride + 1;
+  const double too_many = static_cast<double>(live_ - options_.target_triangles + 1) / 2;
+  const auto wanted =
+      static_cast<std::size_t>(kSpareTimes * too_many / static_cast<double>(stride)) + 1;
   const auto share = static_cast<std::size_t>(kSweepShare * static_cast<double>(candidates)) + 1;
   std::size_t sum = 0;
-  for (std::uint32_t bin = 0; bin < counts.size(); ++bin) {
+  for (std::uint32_t bin = 0; bin < kEnd; ++bin) {
     sum += counts[bin];
     if (sum >= std::min(wanted, share)) {
       return std::nextafter(std::bit_cast<float>((bin + 1) << 20), 0.0f);
@@ -445,13 +448,13 @@ CORNICE_INLINE void Simplifier::prefetch(std::size_t i, std::size_t count) const
   __builtin_prefetch(&quadrics_[far].rest);
   const std::uint32_t near = candidates_[std::min(i + kAhead, count - 1)];
   const Link& link = links_.of(near);
+  // Of what is no vertex, the last is asked for.
+  const auto last = static_cast<std::uint32_t>(places_.size()) - 1;
   for (std::size_t k = 0; k < 6; ++k) {
-    // What is no vertex is not asked for either: kEmpty lies far behind.
-    const std::uint32_t v = link.at[k] < places_.size() ? link.at[k] : near;
+    const std::uint32_t v = std::min(link.at[k], last);
     links_.prefetch(v);
-    __builtin_prefetch(&places_[v]);
-    __builtin_prefetch(&states_[v]);
-    __builtin_prefetch(&quadrics_[v]);
+    __builtin_prefetch(places_.data() + v);
+    __builtin_prefetch(states_.data() + v);
   }
 }
 
@@ -459,9 +462,12 @@ CORNICE_INLINE void Simplifier::prefetch(std::size_t i, std::size_t count) const
 CORNICE_CLONES std::size_t Simplifier::sweep(float bound) {
   ++sweep_;
   std::size_t count = 0;
-  for (std::uint32_t u = 0; u < states_.size(); ++u) {
-    candidates_[count] = u;
-    count += states_[u].cost <= bound;
+  const State* const states = states_.data();
+  std::uint32_t* const candidates = candidates_.data();
+  const auto vertex_count = static_cast<std::uint32_t>(states_.size());
+  for (std::uint32_t u = 0; u < vertex_count; ++u) {
+    candidates[count] = u;
+    count += states[u].cost <= bound;
   }
   std::size_t collapsed = 0;
   Ring ring;
@@ -487,16 +493,21 @@ CORNICE_CLONES std::size_t Simplifier::sweep(float bound) {
 void Simplifier::finish() {
   // Whatever a vertex became went later, or not at all.
   for (auto u = gone_.rbegin(); u != gone_.rend(); ++u) parents_[*u] = parents_[parents_[*u]];
+  std::vector<Triangle>& triangles = mesh_->triangles;
+  left_.resize(triangles.size());
   std::size_t left = 0;
-  for (Triangle& t : mesh_->triangles) {
+  for (std::uint32_t i = 0; i < triangles.size(); ++i) {
+    Triangle& t = triangles[i];
     const Triangle now{parents_[t[0]], parents_[t[1]], parents_[t[2]]};
     const bool is_gone = (now[0] == now[1]) | (now[1] == now[2]) | (now[2] == now[0]);
-    t = is_gone ? Triangle{kNone, kNone, kNone} : now;
+    const std::uint32_t none = is_gone ? kNone : 0;
+    t = {now[0] | none, now[1] | none, now[2] | none};
+    left_[left] = i;
     left += !is_gone;
   }
   assert(left == live_ && "collapses take away what they count");
-  live_ = left;
-  fans_.assign(mesh_->positions.size(), mesh_->triangles);
+  left_.resize(left);
+  fans_.assign(mesh_->positions.size(), triangles, left_);
 }
 
 }  // namespace cornice::hlod

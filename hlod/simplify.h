@@ -44,11 +44,11 @@ struct SimplifyOptions {
   float max_error = std::numeric_limits<float>::infinity();
 };
 
-/// Which triangles have a vertex.
+/// Which of some triangles have a vertex.
 class VertexFans {
  public:
-  /// Triangles that name kNone are none.
-  void assign(std::size_t vertex_count, const std::vector<Triangle>& triangles);
+  void assign(std::size_t vertex_count, const std::vector<Triangle>& triangles,
+              const std::vector<std::uint32_t>& chosen);
   std::span<const std::uint32_t> of(std::uint32_t vertex) const {
     return {pool_.data() + begins_[vertex], begins_[vertex + 1] - begins_[vertex]};
   }
@@ -126,7 +126,7 @@ class Simplifier {
   std::vector<State> states_;
   std::vector<Kind> kinds_;
   std::vector<float> areas_;
-  std::vector<std::uint32_t> targets_, candidates_, gone_, parents_;
+  std::vector<std::uint32_t> targets_, candidates_, gone_, left_, parents_;
 };
 
 }  // namespace cornice::hlod

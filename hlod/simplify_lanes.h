@@ -36,7 +36,11 @@ CORNICE_INLINE void store_lanes(void* to, const T& lanes) {
 }
 
 CORNICE_INLINE void join(const Float4& low, const Float4& high, Float8& both) {
+#if defined(__clang__) || __GNUC__ >= 12
+  both = __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
+#else
   both = Float8{low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]};
+#endif
 }
 CORNICE_INLINE Int4 low_half(const Int8& a) { return Int4{a[0], a[1], a[2], a[3]}; }
 CORNICE_INLINE Int4 high_half(const Int8& a) { return Int4{a[4], a[5], a[6], a[7]}; }

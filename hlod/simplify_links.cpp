@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 
+#include "core/base/clones.h"
+
 namespace cornice::hlod {
 namespace {
 
@@ -51,6 +53,38 @@ Fan go_round(std::span<const Arc> arcs, std::uint32_t* order) {
   return order[count] == order[0] && count >= 3 ? Fan::kClosed : Fan::kNone;
 }
 
+/// The arcs of a link while links are made: where they begin, then where they end.
+void take_held(const Link& link, std::uint32_t count, Arc* arcs) {
+  for (std::uint32_t i = 0; i < count; ++i) arcs[i] = {link.at[i], link.at[kHeld + i]};
+}
+
+/// Puts the held arcs of a closed fan in order. False, and nothing done, where they are anything
+/// else. Vertices that come twice lead to any arc here; the checks find that out.
+CORNICE_INLINE bool close(Link& link) {
+  const std::uint32_t count = link.info;
+  if (count < 3 || count > kHeld) return false;
+  Int8 from;
+  load_lanes(link.at, from);
+  from = kLaneNumbers < static_cast<std::int32_t>(count) ? from : Int8{} - 1;
+  std::uint32_t order[kHeld]{}, passed = 0, at = 0;
+  bool fails = false;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    order[i] = link.at[at];
+    passed |= 1u << at;
+    const std::uint32_t to = link.at[kHeld + at];
+    const auto next = static_cast<std::uint32_t>(
+        or_of_lanes((from == static_cast<std::int32_t>(to)) & (kLaneNumbers + 1)));
+    if (next == 0 || next > count) return false;
+    at = next - 1;
+    fails |= (link.at[at] != to) | ((to == order[0]) != (i + 1 == count));
+  }
+  if (fails || passed != (1u << count) - 1) return false;
+  for (std::uint32_t i = 0; i < kHeld; ++i) link.at[i] = i < count ? order[i] : Link::kEmpty;
+  store_lanes(link.at + kHeld, Int8{} - 1);
+  link.info = Link::kMark | Link::kClosed | count;
+  return true;
+}
+
 }  // namespace
 
 void VertexLinks::assign(std::size_t vertex_count, const std::vector<Triangle>& triangles) {
@@ -66,15 +100,21 @@ void VertexLinks::assign(std::size_t vertex_count, const std::vector<Triangle>& 
     add(t[2], {t[0], t[1]});
   }
   gather_spilled();
-  for (std::uint32_t v = 0; v < vertex_count; ++v) put_in_order(v);
+  put_in_order();
+}
+
+CORNICE_CLONES void VertexLinks::put_in_order() {
+  for (std::uint32_t v = 0; v + 1 < links_.size(); ++v) {
+    if (!close(links_[v])) put_in_order(v);
+  }
 }
 
 inline void VertexLinks::add(std::uint32_t vertex, Arc arc) {
   Link& link = links_[vertex];
   const std::uint32_t count = link.info++;
   if (count < kHeld) [[likely]] {
-    link.at[2 * count] = arc.from;
-    link.at[2 * count + 1] = arc.to;
+    link.at[count] = arc.from;
+    link.at[kHeld + count] = arc.to;
   } else {
     spilled_.push_back({vertex, arc});
   }
@@ -88,7 +128,7 @@ void VertexLinks::gather_spilled() {
       const std::uint32_t count = link.info;
       const auto first = static_cast<std::uint32_t>(arcs_.size());
       arcs_.resize(arcs_.size() + count + kSpare);
-      std::memcpy(arcs_.data() + first, link.at, kHeld * sizeof(Arc));
+      take_held(link, kHeld, arcs_.data() + first);
       link.at[0] = first;
       link.at[1] = kHeld;
       link.at[2] = count + kSpare;
@@ -106,7 +146,7 @@ void VertexLinks::put_in_order(std::uint32_t vertex) {
   }
   const std::uint32_t count = link.info;
   Arc arcs[kHeld];
-  std::memcpy(arcs, link.at, sizeof arcs);
+  take_held(link, count, arcs);
   std::array<std::uint32_t, 2 * (kHeld + 1)> order;
   const Fan fan = go_round({arcs, count}, order.data());
   if (fan == Fan::kNone) {

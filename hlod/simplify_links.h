@@ -75,6 +75,7 @@ class VertexLinks {
  private:
   void add(std::uint32_t vertex, Arc arc);
   void gather_spilled();
+  void put_in_order();
   void put_in_order(std::uint32_t vertex);
   void loosen(std::uint32_t vertex);
   void merge_loose(std::uint32_t vertex, std::uint32_t gone,
