@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "hlod/octahedral.h"
+#include "hlod/octahedral_lanes.h"
 #include "hlod/partition.h"
 
 namespace cornice::hlod {
@@ -182,18 +183,22 @@ void BlockBuilder::unify() {
 void BlockBuilder::average() {
   const std::vector<float>& areas = simplifier_.areas();
   sums_.assign(data_.size(), {});
+  const bool has_more = (header_.attributes & (kHasSupport | kHasSource)) != 0;
   for (std::uint32_t v = 0; v < data_.size(); ++v) {
     const std::uint32_t to = parents_[v];
     if (mesh_.locked[to] != 0) continue;
     sums_[to] += areas[v] * decode_octahedral(data_[v].normal, header_.normal_bits);
+    if (!has_more) continue;
     data_[to].support = std::max(data_[to].support, data_[v].support);
     data_[to].source = std::max(data_[to].source, data_[v].source);
   }
+  kept_.clear();
   for (std::uint32_t v = 0; v < data_.size(); ++v) {
-    if (parents_[v] == v && mesh_.locked[v] == 0) {
-      data_[v].normal = encode_octahedral(sums_[v], header_.normal_bits);
-    }
+    if (parents_[v] == v && mesh_.locked[v] == 0) kept_.push_back(v);
   }
+  encode_octahedral(
+      0, kept_.size(), header_.normal_bits, [&](std::size_t k) { return sums_[kept_[k]]; },
+      [&](std::size_t k, std::array<std::int16_t, 2> n) { data_[kept_[k]].normal = n; });
 }
 
 void BlockBuilder::make_parents(BlockResult& result) {

@@ -77,6 +77,7 @@ class BlockBuilder {
   std::vector<std::uint8_t> shared_;    ///< 1 where another cell may use it
   std::vector<CellVertex> data_;        ///< with coarse positions
   std::vector<Vec3f> sums_;             ///< of normals
+  std::vector<std::uint32_t> kept_;     ///< vertices whose normals are new
   std::vector<std::uint32_t> place_;    ///< in the parent cell that is made
   std::vector<std::uint32_t> parents_;  ///< what it becomes, after those at one point are one
 };

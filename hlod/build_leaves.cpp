@@ -13,6 +13,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "hlod/octahedral.h"
+#include "hlod/octahedral_lanes.h"
 #include "hlod/partition.h"
 #include "hlod/position_table.h"
 
@@ -216,10 +217,11 @@ void LeafMaker::take_vertices(const Mesh& mesh, Soup& soup) const {
         for (std::size_t v = begin; v < end; ++v) {
           const Vec3d p = (mesh.positions[v].cast<double>() + shift) * scale;
           soup.vertices[v].position = {nearest_whole(p.x), nearest_whole(p.y), nearest_whole(p.z)};
-          if (soup.has_normals) {
-            soup.vertices[v].normal = encode_octahedral(mesh.normals[v], header_.normal_bits);
-          }
         }
+        if (!soup.has_normals) return;
+        encode_octahedral(
+            begin, end, header_.normal_bits, [&](std::size_t v) { return mesh.normals[v]; },
+            [&](std::size_t v, std::array<std::int16_t, 2> n) { soup.vertices[v].normal = n; });
       });
   take_attributes(mesh, header_.attributes, soup.vertices);
 }

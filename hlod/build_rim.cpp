@@ -2,13 +2,14 @@
 // Who else uses a vertex: every cell reports those of its vertices that lie in another cell to
 // that cell, which knows whether it has them itself and tells all of them.
 #include <algorithm>
+#include <array>
 #include <mutex>
 #include <tuple>
 #include <utility>
 
 #include "core/base/parallel.h"
 #include "hlod/build_leaves.h"
-#include "hlod/octahedral.h"
+#include "hlod/octahedral_lanes.h"
 #include "hlod/position_table.h"
 
 namespace cornice::hlod {
@@ -122,9 +123,9 @@ void finish_leaf(BuildCell& cell, std::span<const RimAnswer> answers, int normal
     cell.vertices[answer.vertex] = answer.data;
     if (!cell.normal_sums.empty()) cell.normal_sums[answer.vertex] = answer.normal_sum;
   }
-  for (std::size_t v = 0; v < cell.normal_sums.size(); ++v) {
-    cell.vertices[v].normal = encode_octahedral(cell.normal_sums[v], normal_bits);
-  }
+  encode_octahedral(
+      0, cell.normal_sums.size(), normal_bits, [&](std::size_t v) { return cell.normal_sums[v]; },
+      [&](std::size_t v, std::array<std::int16_t, 2> n) { cell.vertices[v].normal = n; });
   cell.normal_sums = {};
 }
 

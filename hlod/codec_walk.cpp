@@ -10,7 +10,9 @@
 #include "hlod/codec_walk.h"
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
+#include <utility>
 
 namespace cornice::hlod {
 namespace {
@@ -118,56 +120,95 @@ class Front {
 std::uint32_t next_of(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
 std::uint32_t previous_of(std::uint32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
 
-/// A half-edge in the list of the lower of its two vertices.
-struct ListedEdge {
-  std::uint32_t half_edge;
-  std::uint16_t higher;
-  bool is_upward;  ///< from the lower vertex to the higher
+/// Edges in the list of the lower of their two vertices, four at a time.
+struct EdgeSlots {
+  static constexpr std::uint32_t kCount = 4;
+  static constexpr std::uint64_t kNobody = 0xffffffffffffffffu;  ///< four numbers of no vertex
+
+  std::uint64_t highers = kNobody;                 ///< the other vertex of each
+  std::array<std::uint32_t, kCount> half_edges{};  ///< the first of each; 1 added to twice that
+                                                   ///< where it leads to the higher vertex
+  std::array<std::uint8_t, kCount> users{};
+  std::uint32_t count : 8 = 0;
+  std::uint32_t more : 24 = 0;  ///< further slots of the vertex, 0: none
+
+  /// The place of an edge, kCount where it is not here. A lane is 0 where its number is the one
+  /// that is looked for, and the lowest such lane is found by borrowing from it.
+  std::uint32_t find(std::uint16_t higher) const {
+    constexpr std::uint64_t kOnes = 0x0001000100010001u;
+    const std::uint64_t differences = highers ^ kOnes * higher;
+    const std::uint64_t zeros = (differences - kOnes) & ~differences & kOnes << 15;
+    return static_cast<std::uint32_t>(std::countr_zero(zeros)) / 16;
+  }
 };
 
-/// Pairs the half-edges between the same two vertices where they are one of each direction.
-void match_list(std::span<const ListedEdge> list, std::vector<std::uint32_t>& twin) {
-  for (std::size_t e = 0; e < list.size(); ++e) {
-    std::size_t other = list.size();
-    bool is_first = true;
-    int users = 0;
-    for (std::size_t f = 0; f < list.size(); ++f) {
-      if (list[f].higher != list[e].higher) continue;
-      ++users;
-      is_first = is_first && f >= e;
-      if (f != e) other = f;
+/// Pairs half-edges as they come.
+class TwinMatcher {
+ public:
+  TwinMatcher(std::size_t triangle_count, std::size_t vertex_count)
+      : slots_(vertex_count), twin_(3 * triangle_count + 1, kNone) {}
+
+  void add(std::uint32_t half_edge, std::uint16_t from, std::uint16_t to) {
+    const std::uint32_t is_upward = from < to;
+    const std::uint16_t higher = std::max(from, to);
+    EdgeSlots* slots = &slots_[std::min(from, to)];
+    std::uint32_t place = slots->find(higher);
+    while (place == EdgeSlots::kCount && slots->count == EdgeSlots::kCount) {
+      slots = further(slots);
+      place = slots->find(higher);
     }
-    if (users != 2 || !is_first || list[e].is_upward == list[other].is_upward) continue;
-    twin[list[e].half_edge] = list[other].half_edge;
-    twin[list[other].half_edge] = list[e].half_edge;
+    // Whether it is the first or the second of its edge cannot be foretold: no branches.
+    const bool is_new = place == EdgeSlots::kCount;
+    place = is_new ? slots->count : place;
+    const std::uint32_t first = is_new ? 2 * half_edge + is_upward : slots->half_edges[place];
+    const std::uint32_t users = ++slots->users[place];
+    slots->half_edges[place] = first;
+    slots->highers ^= std::uint64_t{is_new ? higher ^ 0xffffu : 0u} << (16 * place);
+    slots->count = (slots->count + is_new) & 0xffu;
+    if (users > 2) return part(*slots, place);
+    const bool is_pair = users == 2 && (first & 1) != is_upward;
+    twin_[half_edge] = is_pair ? first / 2 : kNone;
+    twin_[is_pair ? first / 2 : twin_.size() - 1] = half_edge;
   }
-}
+  std::vector<std::uint32_t> take() { return std::move(twin_); }
+
+ private:
+  /// More slots for the same vertex.
+  EdgeSlots* further(EdgeSlots* slots) {
+    if (slots->more == 0) {
+      const std::size_t at = static_cast<std::size_t>(slots - slots_.data());
+      const auto last = static_cast<std::uint32_t>(slots_.size());
+      slots_.emplace_back();
+      slots = &slots_[at];
+      slots->more = last & 0xffffffu;
+    }
+    return &slots_[slots->more];
+  }
+  /// An edge of more than two triangles has no twins.
+  void part(EdgeSlots& slots, std::uint32_t place) {
+    slots.users[place] = 3;
+    const std::uint32_t first = slots.half_edges[place] / 2;
+    if (twin_[first] == kNone) return;
+    twin_[twin_[first]] = kNone;
+    twin_[first] = kNone;
+  }
+
+  std::vector<EdgeSlots> slots_;  ///< of each vertex, then what did not fit there
+  std::vector<std::uint32_t> twin_;
+};
 
 /// The half-edge on the other side of each; kNone where an edge has not exactly one of each
 /// direction.
 std::vector<std::uint32_t> match_twins(std::span<const SmallTriangle> triangles,
                                        std::size_t vertex_count) {
-  std::vector<std::uint32_t> begin(vertex_count + 2, 0);
-  for (const SmallTriangle& t : triangles) {
-    ++begin[std::min(t[0], t[1]) + 2u];
-    ++begin[std::min(t[1], t[2]) + 2u];
-    ++begin[std::min(t[2], t[0]) + 2u];
-  }
-  for (std::size_t v = 2; v < begin.size(); ++v) begin[v] += begin[v - 1];
-  // begin[v + 1] moves from the beginning of v's list to its end while the list is filled.
-  std::vector<ListedEdge> edges(3 * triangles.size());
+  TwinMatcher matcher(triangles.size(), vertex_count);
   std::uint32_t half_edge = 0;
   for (const SmallTriangle& t : triangles) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      const std::uint16_t from = t[c], to = t[c == 2 ? 0 : c + 1];
-      edges[begin[std::min(from, to) + 1u]++] = {half_edge++, std::max(from, to), from < to};
-    }
+    matcher.add(half_edge++, t[0], t[1]);
+    matcher.add(half_edge++, t[1], t[2]);
+    matcher.add(half_edge++, t[2], t[0]);
   }
-  std::vector<std::uint32_t> twin(edges.size(), kNone);
-  for (std::size_t v = 0; v < vertex_count; ++v) {
-    match_list(std::span(edges).subspan(begin[v], begin[v + 1] - begin[v]), twin);
-  }
-  return twin;
+  return matcher.take();
 }
 
 class Walker {

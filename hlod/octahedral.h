@@ -50,24 +50,51 @@ inline std::array<std::int16_t, 2> round_octahedral(Vec3d n, int bits) {
   return {rounded(x * limit), rounded(y * limit)};
 }
 
+struct OctahedralPair {
+  std::int32_t i, j;
+};
+
+/// As encode_octahedral. Each line has its like in octahedral.cpp, for eight at a time.
+inline OctahedralPair nearest_octahedral(float x, float y, float z, std::int32_t limit) {
+  const auto scale = static_cast<float>(limit), step = 1.0f / scale;
+  const float sum = std::abs(x) + std::abs(y) + std::abs(z);
+  const float part = 1.0f / (sum > 0.0f ? sum : 1.0f);
+  const float u = x * part, v = y * part;
+  const float low_u = (1.0f - std::abs(v)) * (u < 0.0f ? -1.0f : 1.0f);
+  const float low_v = (1.0f - std::abs(u)) * (v < 0.0f ? -1.0f : 1.0f);
+  // By way of positive numbers: floor() is a call where it is not an instruction.
+  const auto floor_of = [&](float upper, float lower) {
+    const float moved = ((z < 0.0f ? lower : upper) + 1.0f) * scale;
+    const float kept = moved > 0.0f ? moved : 0.0f;
+    return static_cast<std::int32_t>(kept < 2 * scale ? kept : 2 * scale) - limit;
+  };
+  const std::int32_t left = floor_of(u, low_u), low = floor_of(v, low_v);
+  const std::int32_t right = left < limit ? left + 1 : limit, high = low < limit ? low + 1 : limit;
+  OctahedralPair best{left, low};
+  float nearest = -std::numeric_limits<float>::infinity();
+  const auto compare = [&](std::int32_t i, std::int32_t j) {
+    const float across_x = static_cast<float>(i) * step, across_y = static_cast<float>(j) * step;
+    const float pz = 1.0f - std::abs(across_x) - std::abs(across_y);
+    const float fold = pz < 0.0f ? -pz : 0.0f;
+    const float px = across_x + (across_x >= 0.0f ? -fold : fold);
+    const float py = across_y + (across_y >= 0.0f ? -fold : fold);
+    // The square of the cosine, with its sign, but for the length of (x, y, z): no root is taken.
+    const float along = px * x + py * y + pz * z;
+    const float cosine = along * std::abs(along) / (px * px + py * py + pz * pz);
+    const bool is_nearer = cosine > nearest;
+    nearest = is_nearer ? cosine : nearest;
+    best.i = is_nearer ? i : best.i;
+    best.j = is_nearer ? j : best.j;
+  };
+  compare(left, low), compare(right, low), compare(left, high), compare(right, high);
+  return best;
+}
+
 /// The pair whose unit vector is nearest to n; n need not be of unit length, zero counts as up.
 /// Off by at most 0.95 degrees with 8 bits, 0.24 degrees with 10 bits.
 inline std::array<std::int16_t, 2> encode_octahedral(Vec3f n, int bits) {
-  const auto [x, y] = octahedral_point(n.cast<double>());
-  const int limit = octahedral_limit(bits);
-  const int left = static_cast<int>(std::floor(x * limit));
-  const int low = static_cast<int>(std::floor(y * limit));
-  std::array<std::int16_t, 2> best{};
-  float nearest = -std::numeric_limits<float>::infinity();
-  for (int corner = 0; corner < 4; ++corner) {
-    const int i = left + (corner & 1), j = low + (corner >> 1);
-    if (i > limit || j > limit) continue;
-    const std::array<std::int16_t, 2> packed{static_cast<std::int16_t>(i),
-                                             static_cast<std::int16_t>(j)};
-    const float cosine = dot(decode_octahedral(packed, bits), n);
-    if (cosine > nearest) nearest = cosine, best = packed;
-  }
-  return best;
+  const OctahedralPair pair = nearest_octahedral(n.x, n.y, n.z, octahedral_limit(bits));
+  return {static_cast<std::int16_t>(pair.i), static_cast<std::int16_t>(pair.j)};
 }
 
 }  // namespace cornice::hlod

@@ -28,7 +28,9 @@ float segment_distance(Vec3f p, Vec3f a, Vec3f b) {
   return norm(p - (a + s * d));
 }
 
-bool has(const Triangle& t, std::uint32_t v) { return (t[0] == v) | (t[1] == v) | (t[2] == v); }
+bool has(const Triangle& t, std::uint32_t v) {
+  return (int{t[0] == v} | int{t[1] == v} | int{t[2] == v}) != 0;
+}
 
 void put(std::array<Lanes, 3>& lanes, std::size_t lane, Vec3f v) {
   lanes[0][lane] = v.x, lanes[1][lane] = v.y, lanes[2][lane] = v.z;
@@ -361,7 +363,7 @@ float StepError::search(std::uint32_t a, std::uint32_t b) const {
 /// Whether a fine edge may have to pass over coarse edges: not where both its feet are on one
 /// triangle, and not where it is met again from its other side. Without branches, for which it is
 /// cannot be foretold.
-bool StepError::may_pass(std::uint32_t a, std::uint32_t b) const {
+[[gnu::always_inline]] inline bool StepError::may_pass(std::uint32_t a, std::uint32_t b) const {
   const std::uint32_t from = feet_[a], to = feet_[b];
   const bool stays = from == kNone, ends = to == kNone;
   // Of a vertex that stays and a foot; any triangle will do for two vertices or two feet.

@@ -3,15 +3,23 @@
 #include "hlod/build.h"
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <filesystem>
 #include <limits>
+#include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/progress.h"
+#include "core/io/mesh_stream.h"
+#include "core/io/ply.h"
 #include "hlod/build_disk.h"
 #include "hlod/file.h"
 #include "hlod/file_check.h"
@@ -189,6 +197,108 @@ TEST_P(BuildOf, OnDiskIsTheSameAndGoesOnAfterAKill) {
   EXPECT_TRUE(finish(again, "b.hlod") == in_memory.bytes);
   const WorkFolder other(folder / "work", "another build");
   EXPECT_FALSE(other.has(other.leaves()));
+}
+
+/// Kills its process at the n-th thing that it is told.
+class KilledAt : public Progress {
+ public:
+  explicit KilledAt(int n) : left_(n) {}
+  void begin(std::string_view, std::uint64_t) override { tell(); }
+  void advance(std::uint64_t) override { tell(); }
+
+ private:
+  void tell() {
+    if (--left_ == 0) ::raise(SIGKILL);
+  }
+  int left_;
+};
+
+/// Runs act() in a process of its own; true where that was killed.
+template <class Act>
+bool is_killed(const Act& act) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    act();
+    ::_exit(0);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFSIGNALED(status) ? WTERMSIG(status) == SIGKILL : WEXITSTATUS(status) == 0);
+  return WIFSIGNALED(status);
+}
+
+TEST_P(BuildOf, GoesOnToTheSameBytesWhereverItIsKilled) {
+  const Mesh mesh = ground(0, 100);
+  const BuildOptions options = small_cells(GetParam());
+  InputSummary input;
+  summarise(mesh, "mesh", 1, input);
+  const Header header = plan_header(input, options);
+  const TemporaryFolder folder;
+  const auto make_leaves = [&](int n) {
+    KilledAt progress(n);
+    const WorkFolder work(folder / "work", "killed");
+    DiskLeaves leaves(work, header, options.max_pieces, 1);
+    if (leaves.wants_meshes()) leaves.add(mesh);
+    leaves.finish(progress);
+  };
+  const auto make_levels = [&](int n) {
+    KilledAt progress(n);
+    const WorkFolder work(folder / "work", "killed");
+    FileWriter writer(folder / "a.hlod", header);
+    build_levels_on_disk(
+        work, header, options.block, 1,
+        [&](const Node& node, std::span<const std::byte> block) { writer.add(node, block); },
+        progress);
+    writer.finish();
+  };
+  // Every process goes on with what the one before left, and gets a little farther in a step that
+  // it has to do anew.
+  std::set<int> seen;
+  int kills = 0;
+  for (int n = 1; is_killed([&] { make_leaves(n); }); n += 5) ++kills;
+  for (int n = 1; is_killed([&] { make_levels(n); }); ++n) {
+    ++kills;
+    EXPECT_FALSE(std::filesystem::exists(folder / "a.hlod"));
+    for (int level = 0; level < header.lattice.finest_level; ++level) {
+      const WorkFolder work(folder / "work", "killed");
+      const bool is_there = work.has(work.level(level));
+      // The next level's blocks are counted anew.
+      if (is_there && seen.insert(level).second) n = 0;
+    }
+  }
+  EXPECT_GE(kills, 5);
+  // All but the root level, which is part of the file that is then written.
+  EXPECT_GE(seen.size() + 1, static_cast<std::size_t>(header.lattice.finest_level));
+  EXPECT_TRUE(test::read_text(folder / "a.hlod") == build({mesh}, options).bytes);
+}
+
+TEST_P(BuildOf, AFileReadInWindowsOfItsVerticesIsThatOfTheWhole) {
+  const TemporaryFolder folder;
+  Mesh mesh = ground(0, 100);
+  std::reverse(mesh.triangles.begin(), mesh.triangles.end());
+  write_ply(folder / "mesh.ply", mesh);
+  // Sums of areas, and cell sides with them, are the same for pieces of 131,072 triangles alone.
+  BuildOptions options = small_cells(GetParam());
+  options.cell_side_m = 8;
+  const Mesh whole = read_ply_mesh(folder / "mesh.ply");
+  InputSummary input;
+  summarise(whole, "mesh", 1, input);
+  const Header header = plan_header(input, options);
+  const auto stream = open_ply_mesh_stream(
+      folder / "mesh.ply",
+      {.vertex_bytes = 40'000, .piece_triangles = 3000, .scratch = folder.path()});
+  const WorkFolder work(folder / "work", "windows");
+  DiskLeaves leaves(work, header, options.max_pieces, 2);
+  for (Mesh piece; stream->next(piece);) leaves.add(piece);
+  // 10,201 vertices of 12 bytes at least do not fit into one window, or three.
+  EXPECT_TRUE(stream->is_spilled());
+  leaves.finish(no_progress());
+  FileWriter writer(folder / "a.hlod", header);
+  build_levels_on_disk(
+      work, header, options.block, 2,
+      [&](const Node& node, std::span<const std::byte> block) { writer.add(node, block); });
+  writer.finish();
+  EXPECT_TRUE(test::read_text(folder / "a.hlod") == build({whole}, options).bytes);
 }
 
 /// The finest level and all above it on disk, within `bytes` of memory.

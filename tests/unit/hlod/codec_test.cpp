@@ -9,6 +9,7 @@
 #include "hlod/codec_bytes.h"
 #include "hlod/file.h"
 #include "hlod/octahedral.h"
+#include "hlod/octahedral_lanes.h"
 #include "tests/support/hlod_cells.h"
 #include "tests/support/meshes.h"
 
@@ -44,6 +45,21 @@ TEST(Octahedral, IsOffByLessThanWhatItPromises) {
 TEST(Octahedral, KeepsTheAxes) {
   for (const Vec3f n : {Vec3f{1, 0, 0}, Vec3f{0, -1, 0}, Vec3f{0, 0, 1}, Vec3f{0, 0, -1}}) {
     EXPECT_EQ(decode_octahedral(encode_octahedral(n, 8), 8), n);
+  }
+}
+
+TEST(Octahedral, IsTheSameOfManyAtOnceAndOfOne) {
+  for (const int bits : {8, 10, 16}) {
+    std::vector<Vec3f> normals{{}, {0, 0, -1}, {1, 0, 0}, {0, -1, 0}, {-3, 4, 0}};
+    for (std::uint64_t i = 0; i < 10'003; ++i) {
+      CounterRandom random(2, 0, i);
+      normals.push_back(Vec3d{random.normal(), random.normal(), random.normal()}.cast<float>());
+    }
+    encode_octahedral(
+        0, normals.size(), bits, [&](std::size_t v) { return normals[v]; },
+        [&](std::size_t v, std::array<std::int16_t, 2> packed) {
+          ASSERT_EQ(packed, encode_octahedral(normals[v], bits)) << v << " " << bits;
+        });
   }
 }
 
