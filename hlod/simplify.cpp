@@ -498,10 +498,10 @@ void Simplifier::finish() {
   std::size_t left = 0;
   for (std::uint32_t i = 0; i < triangles.size(); ++i) {
     Triangle& t = triangles[i];
-    const Triangle now{parents_[t[0]], parents_[t[1]], parents_[t[2]]};
-    const bool is_gone = (now[0] == now[1]) | (now[1] == now[2]) | (now[2] == now[0]);
+    const std::uint32_t a = parents_[t[0]], b = parents_[t[1]], c = parents_[t[2]];
+    const bool is_gone = (a == b) | (b == c) | (c == a);
     const std::uint32_t none = is_gone ? kNone : 0;
-    t = {now[0] | none, now[1] | none, now[2] | none};
+    t = {a | none, b | none, c | none};
     left_[left] = i;
     left += !is_gone;
   }
