@@ -147,7 +147,7 @@ def views(plan):
     for name, caption, words in VIEWS:
         drawn, problem = draw_view(plan, name, words)
         if drawn is None:
-            return body + page.paragraph(f"Without the viewer's pictures: {problem}.", "soft")
+            return body + page.paragraph(f"No pictures by cornice-viewer: {problem}.", "soft")
         body += page.picture(drawn, caption)
     return body
 

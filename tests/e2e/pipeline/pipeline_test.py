@@ -7,6 +7,7 @@ pipeline_test.py PROGRAMS
 
 import hashlib
 import json
+import math
 import os
 import shutil
 import signal
@@ -73,6 +74,62 @@ def write_with_strip(west, east, width_m, target):
     with open(target, "wb") as file:
         file.write(west[:first + old * length] + b"".join(strip) + west[first + old * length:])
     return len(strip)
+
+
+def read_las(path):
+    """(bytes, start of the points, length of one, positions) of a LAS 1.4 file."""
+    with open(path, "rb") as file:
+        data = bytearray(file.read())
+    start, length = struct.unpack_from("<I", data, 96)[0], struct.unpack_from("<H", data, 105)[0]
+    count, = struct.unpack_from("<Q", data, 247)
+    steps, zeros = struct.unpack_from("<3d", data, 131), struct.unpack_from("<3d", data, 155)
+    positions = [tuple(value * step + zero for value, step, zero in zip(
+        struct.unpack_from("<3i", data, at), steps, zeros))
+        for at in range(start, start + count * length, length)]
+    return data, start, length, positions
+
+
+def write_with_hole(source, centre, radius_m, target):
+    """Copies a LAS 1.4 tile without the points around `centre` in plan; returns how many went."""
+    data, start, length, positions = read_las(source)
+    kept, gone = [], 0
+    for number, position in enumerate(positions):
+        record = data[start + number * length:start + (number + 1) * length]
+        if math.dist(position[:2], centre) > radius_m:
+            kept.append(record)
+            continue
+        gone += 1
+        at = 255 + 8 * ((record[14] & 15) - 1)
+        struct.pack_into("<Q", data, at, struct.unpack_from("<Q", data, at)[0] - 1)
+    struct.pack_into("<Q", data, 247, len(kept))
+    end = start + len(positions) * length
+    with open(target, "wb") as file:
+        file.write(data[:start] + b"".join(kept) + data[end:])
+    return gone
+
+
+def read_vertices(path):
+    """{property: values} of the vertices of a binary PLY, with the origin added to x, y and z."""
+    with open(path, "rb") as file:
+        head, body = file.read().split(b"end_header\n", 1)
+    kinds = {"float": "f", "double": "d", "uchar": "B", "int": "i", "uint": "I", "ushort": "H"}
+    names, code, count, origin = [], "<", 0, (0.0, 0.0, 0.0)
+    element = ""
+    for line in head.decode().splitlines():
+        words = line.split()
+        if words[:3] == ["comment", "cornice", "origin"]:
+            origin = tuple(map(float, words[3:6]))
+        if words[0] == "element":
+            element = words[1]
+            count = int(words[2]) if element == "vertex" else count
+        if words[0] == "property" and element == "vertex":
+            names.append(words[2])
+            code += kinds[words[1]]
+    size = struct.calcsize(code)
+    columns = dict(zip(names, zip(*struct.iter_unpack(code, body[:count * size]))))
+    for axis, shift in zip("xyz", origin):
+        columns[axis] = [value + shift for value in columns[axis]]
+    return columns
 
 
 class Pipeline(unittest.TestCase):
@@ -168,6 +225,77 @@ class Pipeline(unittest.TestCase):
         self.assertLess(compared["quality"]["vertical_nmad_m"], 0.1)
         self.assertGreater(compared["counts"]["pixels"], 9000)
         self.assertNotIn("could not be drawn", page)
+        if "No pictures by cornice-viewer" not in page:
+            self.assertEqual(page.count("src='data:image/jpeg"), 4)
+            self.assertLess(len(page), 6e6)
+        self.expect_no_pictures_of_the_viewer_without_opengl()
+
+    def expect_no_pictures_of_the_viewer_without_opengl(self):
+        """And that it is no failure; nothing else is done again."""
+        done = run(*self.words(), env=dict(os.environ, MESA_GL_VERSION_OVERRIDE="3.3",
+                                           LIBGL_ALWAYS_SOFTWARE="1"))
+        self.assertEqual((done.returncode, self.errors(done.stderr)), (0, []), done.stderr)
+        with open(os.path.join(self.output, "report.html"), encoding="utf-8") as file:
+            page = file.read()
+        self.assertEqual(page.count("No pictures by cornice-viewer: "), 1)
+        self.assertNotIn("src='data:image/jpeg", page)
+
+    def test_fills_a_hole_in_the_points_from_an_elevation_model(self):
+        flown = os.path.join(self.folder, "flown")
+        done = run(program("cornice-simulate"), os.path.join(ROOT, "samples/scenes/pass.yaml"),
+                   "-o", flown, "--product", "lidarhd", "--tiles", "2x1", "--tile-size", "40",
+                   "--density", "8", "--container", "las", "--truth", "none", "--truth-dem-step",
+                   "1")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        shutil.rmtree(self.tiles)
+        os.makedirs(self.tiles)
+        west, east = sorted(os.path.join(flown, name) for name in os.listdir(flown)
+                            if name.endswith(".las"))
+        # On the border of both tiles.
+        low_x = min(position[0] for position in read_las(east)[3])
+        ys = [position[1] for position in read_las(east)[3]]
+        hole, radius = (low_x, 0.5 * (min(ys) + max(ys))), 12.0
+        for source in (west, east):
+            gone = write_with_hole(source, hole, radius,
+                                   os.path.join(self.tiles, os.path.basename(source)))
+            self.assertGreater(gone, 500)
+        code, text = self.process()
+        self.assertEqual((code, self.errors(text)), (0, []), text)
+        self.assertEqual(self.ground_in(hole, radius - 3.0), [], "is open without a model")
+        with open(self.config, "a", encoding="utf-8") as file:
+            file.write("fill-dem: ['flown/truth/*.tif']\n")
+        code, text = self.process()
+        self.assertEqual((code, self.errors(text)), (0, []), text)
+        self.expect_seamless()
+        self.expect_filled(hole, radius, west, east)
+        code, text = self.process("--dry-run")
+        self.assertEqual(code, 0, text)
+        for name in os.listdir(os.path.join(flown, "truth")):
+            os.utime(os.path.join(flown, "truth", name), (0, 0))
+        again = run(*self.words("--dry-run")).stdout
+        self.assertIn("solve: 2 of 2", again)
+        self.assertNotIn("normals", again)
+
+    def ground_in(self, centre, radius_m):
+        """(x, y, z, source) of the mesh's vertices around a place."""
+        found = []
+        for name in self.meshes():
+            columns = read_vertices(os.path.join(self.output, "mesh", name))
+            found += [vertex for vertex in zip(*(columns[key] for key in ("x", "y", "z", "source")))
+                      if math.dist(vertex[:2], centre) <= radius_m]
+        return found
+
+    def expect_filled(self, hole, radius, west, east):
+        inside = self.ground_in(hole, radius - 3.0)
+        self.assertGreater(len(inside), 20)
+        self.assertEqual({vertex[3] for vertex in inside}, {2}, "is marked")
+        # Against the points that were taken away, which lie within a metre in plan of each vertex.
+        taken = [position for source in (west, east) for position in read_las(source)[3]
+                 if math.dist(position[:2], hole) <= radius]
+        for x, y, z, _ in inside:
+            near = [point[2] for point in taken if math.dist(point[:2], (x, y)) < 1.0]
+            self.assertTrue(near)
+            self.assertLess(min(abs(height - z) for height in near), 1.0)
 
     def test_gives_the_same_bytes_with_one_thread_as_with_all(self):
         code, text = self.process("--threads", "1")

@@ -156,8 +156,8 @@ class Report(unittest.TestCase):
             with self.subTest(reason):
                 views, text = self.view(script)
                 self.assertEqual(views, [])
-                self.assertEqual(text.count(f"Without the viewer's pictures: {reason}."), 1, text)
-                self.assertEqual(text.count("Without the viewer's pictures"), 1)
+                self.assertEqual(text.count(f"No pictures by cornice-viewer: {reason}."), 1, text)
+                self.assertEqual(text.count("No pictures by cornice-viewer"), 1)
 
     def test_says_once_what_many_tiles_warn_of(self):
         self.finish("a", stage_report(warnings=["is 0.11 m off, more than 0.1"]))
