@@ -2,6 +2,7 @@
 #include "stages/remesh/decimate.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace cornice::remesh {
@@ -16,9 +17,11 @@ constexpr float kLeastTurnCosine = 0.5f;
 constexpr float kLeastShape = 0.08f;
 constexpr std::uint32_t kMostNeighbours = 14;
 /// Of the candidates of a round, the cheaper part is tried: the others may be cheaper later.
-constexpr double kTriedShare = 0.6;
+constexpr double kTriedShare = 0.8;
 /// A round that removes less than this share of the vertices is the last.
 constexpr double kLeastProgress = 0.01;
+/// Bits of a cost that do not count for the order: six of the mantissa do.
+constexpr int kCostShift = 17;
 
 /// Sum of a (n . x)^2 over planes, x relative to the quadric's own vertex.
 struct Quadric {
@@ -68,7 +71,11 @@ class Decimation {
         guard_(guard),
         quadrics_(positions.size()),
         stamp_(positions.size(), 0),
-        touched_(positions.size(), 0) {
+        state_(positions.size(), kChanged),
+        refused_(positions.size(), -1.0f),
+        best_(positions.size()),
+        next_(positions.size(), kNoVertex),
+        last_(positions.size(), 0) {
     for (const Triangle& t : triangles_) {
       const Vec3f n2 = normal2(t[0], t[1], t[2]);
       const float length = norm(n2);
@@ -83,6 +90,7 @@ class Decimation {
     for (;;) {
       link();
       find_candidates();
+      sort_candidates();
       const std::size_t collapsed = collapse_round();
       drop_dead();
       if (static_cast<double>(collapsed) <= kLeastProgress * static_cast<double>(live_)) break;
@@ -103,15 +111,30 @@ class Decimation {
       for (const std::uint32_t v : t) ++first_[v + 1];
     }
     live_ = 0;
-    for (std::size_t v = 0; v < positions_.size(); ++v) {
+    for (std::uint32_t v = 0; v < positions_.size(); ++v) {
       live_ += first_[v + 1] != 0;
       first_[v + 1] += first_[v];
+      next_[v] = kNoVertex;
+      last_[v] = v;
     }
     around_.resize(triangles_.size() * 3);
     at_.assign(first_.begin(), first_.end() - 1);
     for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
       for (const std::uint32_t v : triangles_[t]) around_[at_[v]++] = t;
     }
+  }
+
+  /// Calls visit(t) for the triangles at a vertex, among them those of vertices that it has taken
+  /// in since the last link(); stops where visit returns false and returns false then.
+  template <class Visit>
+  bool each_triangle(std::uint32_t v, Visit&& visit) const {
+    for (std::uint32_t part = v; part != kNoVertex; part = next_[part]) {
+      for (std::uint32_t i = first_[part]; i < first_[part + 1]; ++i) {
+        const std::uint32_t t = around_[i];
+        if (triangles_[t][0] != triangles_[t][1] && !visit(t)) return false;
+      }
+    }
+    return true;
   }
 
   /// The vertex that follows v in its triangle: round a closed ring, each neighbour once.
@@ -126,43 +149,56 @@ class Decimation {
 
   void find_candidates() {
     candidates_.clear();
-    const float most = limits_.error_m * limits_.error_m;
-    const float most_edge_sq = limits_.edge_m * limits_.edge_m;
     for (std::uint32_t v = 0; v < positions_.size(); ++v) {
       if (fixed_[v] != 0 || first_[v] == first_[v + 1]) continue;
-      const Quadric& q = quadrics_[v];
-      const float scale = q.area > 0.0f ? 1.0f / q.area : 0.0f;
-      Candidate best{most, v, v};
-      for (std::uint32_t i = first_[v]; i < first_[v + 1]; ++i) {
-        const std::uint32_t to = follower(around_[i], v);
-        const Vec3f d = positions_[to] - positions_[v];
-        const float edge_sq = dot(d, d);
-        const float cost = std::max(0.0f, q.at(d)) * scale + kShapeWeight * edge_sq;
-        if (cost < best.cost && edge_sq < most_edge_sq) best = {cost, v, to};
-      }
-      if (best.to != v) candidates_.push_back(best);
+      if (state_[v] != kSame) find_best(v);
+      if (best_[v].to != v) candidates_.push_back({best_[v].cost, v, best_[v].to});
+      state_[v] = kSame;
     }
   }
 
+  /// The neighbour onto which v goes at the least cost that has not been refused.
+  void find_best(std::uint32_t v) {
+    if (state_[v] != kRefused) refused_[v] = -1.0f;
+    const float most_edge_sq = limits_.edge_m * limits_.edge_m;
+    const Quadric& q = quadrics_[v];
+    const float scale = q.area > 0.0f ? 1.0f / q.area : 0.0f;
+    Best best{limits_.error_m * limits_.error_m, v};
+    for (std::uint32_t i = first_[v]; i < first_[v + 1]; ++i) {
+      const std::uint32_t to = follower(around_[i], v);
+      const Vec3f d = positions_[to] - positions_[v];
+      const float edge_sq = dot(d, d);
+      const float cost = std::max(0.0f, q.at(d)) * scale + kShapeWeight * edge_sq;
+      if (cost < best.cost && cost > refused_[v] && edge_sq < most_edge_sq) best = {cost, to};
+    }
+    best_[v] = best;
+  }
+
+  /// By cost to a hundredth or two, by number where that is the same.
+  void sort_candidates() {
+    const auto bucket = [](float cost) { return std::bit_cast<std::uint32_t>(cost) >> kCostShift; };
+    counts_.assign(
+        (std::bit_cast<std::uint32_t>(limits_.error_m * limits_.error_m) >> kCostShift) + 2, 0);
+    for (const Candidate& c : candidates_) ++counts_[bucket(c.cost) + 1];
+    for (std::size_t b = 1; b < counts_.size(); ++b) counts_[b] += counts_[b - 1];
+    sorted_.resize(candidates_.size());
+    for (const Candidate& c : candidates_) sorted_[counts_[bucket(c.cost)]++] = c;
+  }
+
   std::size_t collapse_round() {
-    if (candidates_.empty()) return 0;
-    const auto cheaper = [](const Candidate& a, const Candidate& b) {
-      return a.cost != b.cost ? a.cost < b.cost : a.from < b.from;
-    };
-    const auto tried = static_cast<std::ptrdiff_t>(
-        std::ceil(kTriedShare * static_cast<double>(candidates_.size())));
-    std::nth_element(candidates_.begin(), candidates_.begin() + tried - 1, candidates_.end(),
-                     cheaper);
-    std::sort(candidates_.begin(), candidates_.begin() + tried, cheaper);
-    std::fill(touched_.begin(), touched_.end(), 0);
+    const auto tried =
+        static_cast<std::size_t>(std::ceil(kTriedShare * static_cast<double>(sorted_.size())));
     std::size_t collapsed = 0;
-    for (std::ptrdiff_t i = 0; i < tried; ++i) {
-      const Candidate& c = candidates_[static_cast<std::size_t>(i)];
-      if (touched_[c.from] != 0 || touched_[c.to] != 0) continue;
-      if (!keeps_topology(c.from, c.to) || !keeps_shape(c.from, c.to)) continue;
-      if (!keeps_surface(c.from, c.to)) continue;
-      collapse(c.from, c.to);
-      ++collapsed;
+    for (std::size_t i = 0; i < tried; ++i) {
+      const auto [cost, from, to] = sorted_[i];
+      if (state_[from] >= kGrown || state_[to] == kGone) continue;
+      if (keeps_topology(from, to) && keeps_shape(from, to) && keeps_surface(from, to)) {
+        collapse(from, to);
+        ++collapsed;
+      } else {
+        refused_[from] = cost;
+        state_[from] = std::max<std::uint8_t>(state_[from], kRefused);
+      }
     }
     return collapsed;
   }
@@ -172,27 +208,28 @@ class Decimation {
   bool keeps_topology(std::uint32_t from, std::uint32_t to) {
     const std::uint32_t mark = next_stamp();
     std::uint32_t neighbours = 0;
-    for (std::uint32_t i = first_[from]; i < first_[from + 1]; ++i) {
-      stamp_[follower(around_[i], from)] = mark;
+    each_triangle(from, [&](std::uint32_t t) {
+      stamp_[follower(t, from)] = mark;
       ++neighbours;
-    }
+      return true;
+    });
     std::uint32_t common = 0, neighbours_of_to = 0;
-    for (std::uint32_t i = first_[to]; i < first_[to + 1]; ++i) {
+    each_triangle(to, [&](std::uint32_t t) {
       ++neighbours_of_to;
-      for (const std::uint32_t n : {follower(around_[i], to), leader(around_[i], to)}) {
+      for (const std::uint32_t n : {follower(t, to), leader(t, to)}) {
         if (stamp_[n] != mark) continue;
         ++common;
         stamp_[n] = mark - 1;  // counted; still told from those that are no neighbours of `from`
       }
-    }
+      return true;
+    });
     if (common != 2 || neighbours + neighbours_of_to > kMostNeighbours + 4) return false;
     if (neighbours < 3) return false;
     if (fixed_[to] == 0) return true;
-    for (std::uint32_t i = first_[from]; i < first_[from + 1]; ++i) {
-      const std::uint32_t n = follower(around_[i], from);
-      if (n != to && fixed_[n] != 0 && stamp_[n] == mark) return false;
-    }
-    return true;
+    return each_triangle(from, [&](std::uint32_t t) {
+      const std::uint32_t n = follower(t, from);
+      return n == to || fixed_[n] == 0 || stamp_[n] != mark;
+    });
   }
 
   std::uint32_t next_stamp() { return last_stamp_ += 2; }
@@ -200,9 +237,9 @@ class Decimation {
   bool keeps_shape(std::uint32_t from, std::uint32_t to) const {
     const Vec3f p = positions_[to];
     const float most_edge_sq = limits_.edge_m * limits_.edge_m;
-    for (std::uint32_t i = first_[from]; i < first_[from + 1]; ++i) {
-      const std::uint32_t b = follower(around_[i], from), c = leader(around_[i], from);
-      if (b == to || c == to) continue;
+    return each_triangle(from, [&](std::uint32_t t) {
+      const std::uint32_t b = follower(t, from), c = leader(t, from);
+      if (b == to || c == to) return true;
       const Vec3f pb = positions_[b], pc = positions_[c];
       const Vec3f before = cross(pb - positions_[from], pc - positions_[from]);
       const Vec3f e1 = pb - p, e2 = pc - p, e3 = pc - pb;
@@ -214,24 +251,23 @@ class Decimation {
       const float turn = dot(before, after);
       // A triangle without area has no normal to keep.
       const float before_sq = dot(before, before);
-      if (before_sq > 0.0f && (turn <= 0.0f || turn * turn < kLeastTurnCosine * kLeastTurnCosine *
-                                                                 before_sq * after_sq)) {
-        return false;
-      }
-    }
-    return true;
+      return !(before_sq > 0.0f &&
+               (turn <= 0.0f ||
+                turn * turn < kLeastTurnCosine * kLeastTurnCosine * before_sq * after_sq));
+    });
   }
 
   bool keeps_surface(std::uint32_t from, std::uint32_t to) {
     guard_.begin();
     fresh_.clear();
-    for (std::uint32_t i = first_[from]; i < first_[from + 1]; ++i) {
-      guard_.take(around_[i]);
-      const std::uint32_t b = follower(around_[i], from), c = leader(around_[i], from);
-      if (b == to || c == to) continue;
+    each_triangle(from, [&](std::uint32_t t) {
+      guard_.take(t);
+      const std::uint32_t b = follower(t, from), c = leader(t, from);
+      if (b == to || c == to) return true;
       guard_.put(positions_[to], positions_[b], positions_[c]);
-      fresh_.push_back(around_[i]);
-    }
+      fresh_.push_back(t);
+      return true;
+    });
     guard_.take_vertex(ids_[from]);
     return guard_.fits(input_.triangle_at(ids_[to]));
   }
@@ -239,18 +275,24 @@ class Decimation {
   void collapse(std::uint32_t from, std::uint32_t to) {
     guard_.commit(fresh_);
     quadrics_[to].add_moved(quadrics_[from], positions_[to] - positions_[from]);
-    touched_[from] = 1;
-    for (std::uint32_t i = first_[from]; i < first_[from + 1]; ++i) {
-      Triangle& t = triangles_[around_[i]];
-      for (const std::uint32_t v : t) touched_[v] = 1;
+    each_triangle(from, [&](std::uint32_t number) {
+      Triangle& t = triangles_[number];
+      for (std::uint32_t& v : t) {
+        if (state_[v] < kChanged) state_[v] = kChanged;
+      }
       if (t[0] == to || t[1] == to || t[2] == to) {
         t = {0, 0, 0};
-        continue;
+        return true;
       }
       for (std::uint32_t& v : t) {
         if (v == from) v = to;
       }
-    }
+      return true;
+    });
+    state_[from] = kGone;
+    state_[to] = kGrown;
+    next_[last_[to]] = from;
+    last_[to] = last_[from];
   }
 
   void drop_dead() {
@@ -273,10 +315,21 @@ class Decimation {
   std::vector<std::uint32_t> fresh_;
   std::vector<Quadric> quadrics_;
   std::vector<std::uint32_t> stamp_;
-  std::vector<std::uint8_t> touched_;
+  /// What has become of a vertex since its best neighbour was looked for.
+  enum State : std::uint8_t { kSame, kRefused, kChanged, kGrown, kGone };
+  std::vector<std::uint8_t> state_;
+  std::vector<float> refused_;  ///< cost up to which neighbours have been refused
+  struct Best {
+    float cost;
+    std::uint32_t to;  ///< the vertex itself: there is none
+  };
+  std::vector<Best> best_;
+  static constexpr std::uint32_t kNoVertex = 0xffffffffu;
+  std::vector<std::uint32_t> next_, last_;  ///< chain of vertices that one has taken in
   std::uint32_t last_stamp_ = 1;
   std::vector<std::uint32_t> first_, at_, around_;
-  std::vector<Candidate> candidates_;
+  std::vector<Candidate> candidates_, sorted_;
+  std::vector<std::uint32_t> counts_;
   std::size_t live_ = 0;
 };
 

@@ -15,13 +15,13 @@ struct DecimateLimits {
   GuardLimits guard;
 };
 
-/// Collapses vertices that are not fixed onto neighbours, cheapest first, in rounds of collapses
-/// that do not touch each other, as far as `guard` lets them. Vertices keep their place and number,
-/// which in patch.vertices is that of the input; the triangles that are left are returned, and what
-/// they carry is in `guard`. Takes patch.triangles. Every vertex that is not fixed must be inside a
-/// closed ring of triangles.
-/// No collapse joins two fixed vertices by a new edge: outside the patch there may be one already.
-/// Garland, Heckbert 1997; quadrics are held relative to their vertex, so floats suffice.
+/// Collapses vertices that are not fixed onto neighbours, in rounds, cheapest first, as far as
+/// `guard` lets them. In one round no vertex goes that another has gone onto: its cost is old.
+/// Vertices keep their place and number, which in patch.vertices is that of the input; the
+/// triangles that are left are returned, and what they carry is in `guard`. Takes patch.triangles.
+/// Every vertex that is not fixed must be inside a closed ring of triangles. No collapse joins two
+/// fixed vertices by a new edge: outside the patch there may be one already. Garland, Heckbert
+/// 1997; quadrics are held relative to their vertex, so floats suffice.
 std::vector<Triangle> decimate(const std::vector<Vec3f>& positions, Patch& patch,
                                const Reference& input, const DecimateLimits& limits, Guard& guard);
 

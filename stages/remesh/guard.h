@@ -24,10 +24,11 @@ namespace cornice::remesh {
 
 struct GuardLimits {
   float error_m = 0.04f;   ///< of both directions, at the places looked at
-  float spacing_m = 0.5f;  ///< of the places looked at on new triangles, about
-  float small_m = 0.0f;    ///< nothing is looked at on triangles with no longer side
-  float doubt_m = 0.0f;    ///< nor after a change from which nothing carried is farther away,
-                           ///< unless less than 0
+  float spacing_m = 0.5f;  ///< of the places looked at on new sides, about
+  float small_m = 0.0f;    ///< nothing is looked at on sides no longer than this
+  float doubt_m = 0.0f;    ///< nor after a change from which nothing carried is farther away; 0:
+                           ///< after all
+  bool inside = false;     ///< after all, and inside the new triangles, too
 };
 
 class Guard {
@@ -73,6 +74,8 @@ class Guard {
   /// its height dot(p - a, normal).
   struct Facet {
     Vec3f a, b, c, to_u, to_v, normal;
+
+    float distance_beside_sq(Vec3f p, float best) const;
   };
   struct Moved {
     std::uint32_t sample;  ///< kEnd: not in the lists yet
@@ -84,9 +87,9 @@ class Guard {
 
   bool carry_over(float most_sq);
   bool carry_over(Moved& moved, float most_sq) const;
-  bool is_doubtful() const;
+  bool is_close() const;
   bool stays_near_input(std::uint32_t from) const;
-  std::uint32_t start_near(Vec3f p, std::uint32_t facet, std::uint32_t from) const;
+  bool spokes_stay_near_input(std::uint32_t from) const;
 
   const Reference* input_;
   GuardLimits limits_;

@@ -11,6 +11,8 @@ namespace cornice::remesh {
 namespace {
 
 constexpr std::size_t kGrain = 8192;
+/// Places inside a triangle lie so many times as far apart as those on its sides.
+constexpr float kInnerSpacings = 2.0f;
 
 /// A place of the input that is farther than the bound from what its corners hang on.
 struct FarPlace {
@@ -135,12 +137,18 @@ class Forth {
       // Each side by one of its triangles.
       const std::uint32_t twin = input_.twins()[3 * t + static_cast<std::uint32_t>(k)];
       if (twin < kNoTwin && twin < 3 * t) continue;
-      if (at[k] != at[(k + 1) % 3]) look((p[k] + p[(k + 1) % 3]) * 0.5f, t, at, found);
+      const Vec3f middle = (p[k] + p[(k + 1) % 3]) * 0.5f;
+      if (at[k] == at[(k + 1) % 3] || !look(middle, t, at, found)) continue;
+      look((p[k] + middle) * 0.5f, t, at, found);
+      look((p[(k + 1) % 3] + middle) * 0.5f, t, at, found);
     }
-    look((p[0] + p[1] + p[2]) / 3.0f, t, at, found);
+    const Vec3f centre = (p[0] + p[1] + p[2]) / 3.0f;
+    if (!look(centre, t, at, found)) return;
+    for (const Vec3f corner : p) look((corner + centre) * 0.5f, t, at, found);
   }
 
-  void look(Vec3f p, std::uint32_t t, const Three& at, Found& found) const {
+  /// Returns whether that is so far that more places round it are worth a look.
+  bool look(Vec3f p, std::uint32_t t, const Three& at, Found& found) const {
     NearestPoint best;
     for (const std::uint32_t carrier : at) {
       if (carrier == Reference::kNoTriangle) continue;
@@ -156,6 +164,7 @@ class Forth {
     } else {
       found.add(best.distance_sq, limits_.bound_m);
     }
+    return best.distance_sq > limits_.enough_m * limits_.enough_m;
   }
 
   /// Where what a place hangs on is too far, another triangle may be near.
@@ -189,48 +198,91 @@ class Forth {
   std::vector<std::uint32_t> carrier_;
 };
 
-/// From places of one triangle of the result to the input; on its sides only on those that run
-/// upwards in the numbers of vertices, or have a fixed end: such
-/// a side may be an open one.
-void look_back(const WorkMesh& mesh, const Reference& input, const MeasureLimits& limits,
-               std::uint32_t t, Found& found) {
-  const Triangle& c = mesh.triangles[t];
-  const Vec3f a = mesh.positions[c[0]];
-  const Vec3f ab = mesh.positions[c[1]] - a, ac = mesh.positions[c[2]] - a;
-  const auto is_own = [&](int k) {
-    const std::uint32_t v = c[k], w = c[(k + 1) % 3];
-    return v < w || (mesh.fixed[v] != 0 && mesh.fixed[w] != 0);
-  };
-  const bool own[3] = {is_own(0), is_own(1), is_own(2)};
-  const float longest = std::sqrt(std::max({dot(ab, ab), dot(ac, ac), dot(ac - ab, ac - ab)}));
-  const int n = std::max(2, static_cast<int>(std::ceil(longest / limits.spacing_m)));
-  const float step = 1.0f / static_cast<float>(n);
-  Offence offence{t, {}, 0};
-  float worst_sq = limits.bound_m * limits.bound_m;
-  std::uint32_t from = mesh.hint[c[0]], row = from;
-  const auto look = [&](float u, float v) {
-    const Vec3f p = a + ab * u + ac * v;
-    const NearestPoint near =
-        input.near(p, from, limits.enough_m * limits.enough_m, limits.search_m * limits.search_m);
-    from = near.triangle;
-    if (!found.add(near.distance_sq, limits.bound_m) || near.distance_sq <= worst_sq) return;
-    worst_sq = near.distance_sq;
-    offence.place = p;
-    offence.through = input.tree().point(near);
-    offence.input_triangle = near.triangle;
-  };
-  for (int i = 0; i <= n; ++i) {
-    // Rows begin next to each other.
-    if (i > 0) from = row;
-    for (int j = 0; i + j <= n; ++j) {
-      if ((j == 0 && !own[0]) || (i + j == n && !own[1]) || (i == 0 && !own[2])) continue;
-      look(static_cast<float>(i) * step, static_cast<float>(j) * step);
-      if (j <= 1) row = from;
+/// From places of a triangle of the result to the input.
+class Back {
+ public:
+  Back(const WorkMesh& mesh, const Reference& input, const MeasureLimits& limits, Found& found)
+      : mesh_(mesh), input_(input), limits_(limits), found_(found) {}
+
+  void look(std::uint32_t t) {
+    const Triangle& c = mesh_.triangles[t];
+    offence_ = {t, {}, 0};
+    worst_sq_ = limits_.bound_m * limits_.bound_m;
+    from_ = mesh_.hint[c[0]];
+    const Vec3f p[3] = {mesh_.positions[c[0]], mesh_.positions[c[1]], mesh_.positions[c[2]]};
+    const std::uint32_t first = from_;
+    for (int k = 0; k < 3; ++k) {
+      // Each side by one of its triangles; one with fixed ends may be an open one.
+      const std::uint32_t v = c[k], w = c[(k + 1) % 3];
+      if (v < w || (mesh_.fixed[v] != 0 && mesh_.fixed[w] != 0)) {
+        look_along(p[k], p[(k + 1) % 3] - p[k]);
+      }
+    }
+    from_ = first;
+    look_inside(p[0], p[1] - p[0], p[2] - p[0]);
+    if (worst_sq_ > limits_.bound_m * limits_.bound_m) {
+      found_.offences.push_back({worst_sq_, offence_});
     }
   }
-  if (n == 2) look(1.0f / 3.0f, 1.0f / 3.0f);
-  if (worst_sq > limits.bound_m * limits.bound_m) found.offences.push_back({worst_sq, offence});
-}
+
+ private:
+  void look_along(Vec3f a, Vec3f ab) {
+    const int n = std::max(2, static_cast<int>(std::ceil(norm(ab) / limits_.spacing_m)));
+    const float step = 1.0f / static_cast<float>(n);
+    bool was_far = false;
+    for (int i = 0; i < n; ++i) {
+      const float u = static_cast<float>(i) * step;
+      const bool is_far = look(a + ab * u);
+      if (is_far && !was_far && i > 0) look(a + ab * (u - 0.5f * step));
+      if (is_far) look(a + ab * (u + 0.5f * step));
+      was_far = is_far;
+    }
+  }
+
+  /// Distances are largest where a side crosses one of the input's or below a vertex of the input,
+  /// which is looked at the other way: unless the input is folded there.
+  void look_inside(Vec3f a, Vec3f ab, Vec3f ac) {
+    const float longest = std::sqrt(std::max({dot(ab, ab), dot(ac, ac), dot(ac - ab, ac - ab)}));
+    const int n =
+        std::max(3, static_cast<int>(std::ceil(longest / (kInnerSpacings * limits_.spacing_m))));
+    const float step = 1.0f / static_cast<float>(n);
+    for (int i = 1; i < n; ++i) {
+      for (int j = 1; i + j < n; ++j) {
+        const Vec3f p =
+            a + ab * (static_cast<float>(i) * step) + ac * (static_cast<float>(j) * step);
+        if (!look(p)) continue;
+        for (const Vec3f aside : {ab, ac, ac - ab}) {
+          look(p + aside * (0.5f * step));
+          look(p - aside * (0.5f * step));
+        }
+      }
+    }
+  }
+
+  /// Returns whether that is so far that more places round it are worth a look.
+  bool look(Vec3f p) {
+    const NearestPoint near = input_.near(p, from_, limits_.enough_m * limits_.enough_m,
+                                          limits_.search_m * limits_.search_m);
+    from_ = near.triangle;
+    const bool is_far = near.distance_sq > limits_.enough_m * limits_.enough_m;
+    if (!found_.add(near.distance_sq, limits_.bound_m) || near.distance_sq <= worst_sq_) {
+      return is_far;
+    }
+    worst_sq_ = near.distance_sq;
+    offence_.place = p;
+    offence_.through = input_.tree().point(near);
+    offence_.input_triangle = near.triangle;
+    return is_far;
+  }
+
+  const WorkMesh& mesh_;
+  const Reference& input_;
+  const MeasureLimits& limits_;
+  Found& found_;
+  Offence offence_{};
+  float worst_sq_ = 0.0f;
+  std::uint32_t from_ = 0;
+};
 
 }  // namespace
 
@@ -242,9 +294,9 @@ Distances measure_distances(const WorkMesh& mesh, const Reference& input,
       mesh.triangles.size(), 1024, threads, Found{},
       [&](std::size_t begin, std::size_t end) {
         Found found;
+        Back of_triangle(mesh, input, limits, found);
         for (std::size_t t = begin; t < end; ++t) {
-          if (mesh.changed[t] == 0) continue;
-          look_back(mesh, input, limits, static_cast<std::uint32_t>(t), found);
+          if (mesh.changed[t] != 0) of_triangle.look(static_cast<std::uint32_t>(t));
         }
         return found;
       },

@@ -15,6 +15,18 @@ constexpr float kNearer = 0.95f;
 /// Square of the bound's share up to which a place counts as one that a triangle should reach.
 constexpr float kAbout = 1.6f;
 
+/// Sine of the smallest angle to ask for: 22 degrees.
+constexpr float kRoundSine = 0.37f;
+
+/// Sine of a triangle's smallest angle.
+float least_sine(Vec3f a, Vec3f b, Vec3f c) {
+  const Vec3f ab = b - a, ac = c - a, bc = c - b;
+  const float sides_sq[3] = {dot(ab, ab), dot(ac, ac), dot(bc, bc)};
+  const float shortest_sq = std::max(*std::min_element(sides_sq, sides_sq + 3), 1e-12f);
+  const float longer_sq = sides_sq[0] * sides_sq[1] * sides_sq[2] / shortest_sq;
+  return longer_sq > 0.0f ? norm(cross(ab, ac)) / std::sqrt(longer_sq) : 0.0f;
+}
+
 class Mending {
  public:
   Mending(RelaxPatch& patch, const Reference& input, const RelaxLimits& limits,
@@ -48,6 +60,10 @@ class Mending {
       return distance_sq(a) < distance_sq(b);
     });
     guard_.bound_by(limits_.guard.error_m);
+    // Round triangles where that is possible, any else.
+    least_sine_ = kRoundSine;
+    if (try_all(sides, o)) return;
+    least_sine_ = 0.0f;
     if (try_all(sides, o)) return;
     // Where several places of one fold offend, no change mends all: be it nearer at least.
     const float nearer = kNearer * o.distance_m;
@@ -112,6 +128,7 @@ class Mending {
   }
   /// Whether the change keeps the bound and folds nothing.
   bool fits(std::uint32_t from) {
+    if (least_sine_ > 0.0f && !is_round()) return false;
     for (const auto& [a, b, c] : facets_) {
       // A side that stays is as far as it was.
       const float near_sq = 1e-6f * dot(c - b, c - b);
@@ -125,6 +142,17 @@ class Mending {
       if (is_near_taken(p)) guard_.reach(p);
     }
     return guard_.fits(from);
+  }
+  /// Whether the new triangles have no smaller angle than asked for, or than the old ones had.
+  bool is_round() const {
+    float before = least_sine_;
+    for (const std::uint32_t t : taken_) {
+      before = std::min(
+          before, least_sine(mesh_.position(mesh_.start(3 * t)), mesh_.position(mesh_.end(3 * t)),
+                             mesh_.position(mesh_.opposite(3 * t))));
+    }
+    return std::all_of(facets_.begin(), facets_.end(),
+                       [&](const auto& f) { return least_sine(f[0], f[1], f[2]) >= before; });
   }
   bool is_near_taken(Vec3f p) const {
     const float bound_sq = kAbout * limits_.guard.error_m * limits_.guard.error_m;
@@ -266,6 +294,7 @@ class Mending {
   std::vector<std::uint32_t> fresh_;   ///< numbers of the triangles that a change makes
   std::vector<std::array<Vec3f, 3>> facets_;
   std::vector<std::uint32_t> taken_;  ///< triangles that it replaces
+  float least_sine_ = 0.0f;           ///< of the smallest angles of new triangles; 0: any
   Vec3f place_{};                     ///< of the offence
   bool on_result_ = false;            ///< whether it is one of the result
 };

@@ -55,27 +55,32 @@ float Reference::distance_sq(Vec3f p, std::uint32_t triangle, float most_sq) con
   return best;
 }
 
-std::uint32_t Reference::stride(Vec3f p, std::uint32_t from) const {
+std::uint32_t Reference::stride(Vec3f p, std::uint32_t from, float& found_sq) const {
   std::uint32_t here = from;
   for (int step = 0; step < kMostStrides; ++step) {
     const Triangle& c = triangles()[here];
     const Vec3f a = positions()[c[0]];
     const Vec3f ab = positions()[c[1]] - a, ac = positions()[c[2]] - a, ap = p - a;
     const Vec3f n = cross(ab, ac);
-    const float u = dot(cross(ap, ac), n), v = dot(cross(ab, ap), n), w = dot(n, n) - u - v;
+    const float nn = dot(n, n);
+    const float u = dot(cross(ap, ac), n), v = dot(cross(ab, ap), n), w = nn - u - v;
     const float least = std::min({u, v, w});
-    if (least >= 0.0f) break;
+    if (least >= 0.0f && nn > 0.0f) {
+      const float h = dot(ap, n);
+      found_sq = h * h / nn;
+      return here;
+    }
     const std::uint32_t twin = twins_[3 * here + (v == least ? 0u : w == least ? 1u : 2u)];
     if (twin >= kNoTwin) break;
     here = twin / 3;
   }
+  found_sq = distance_sq(p, here, std::numeric_limits<float>::max());
   return here;
 }
 
 std::uint32_t Reference::step_down(Vec3f p, std::uint32_t from, float enough_sq,
                                    float& found_sq) const {
-  std::uint32_t here = stride(p, from), came_from = kNoTriangle;
-  found_sq = distance_sq(p, here, std::numeric_limits<float>::max());
+  std::uint32_t here = stride(p, from, found_sq), came_from = kNoTriangle;
   for (int step = 0; step < kMostSteps && found_sq > enough_sq; ++step) {
     const std::uint32_t at = here;
     for (std::uint32_t h = 3 * at; h < 3 * at + 3; ++h) {
@@ -109,16 +114,18 @@ NearestPoint Reference::near(Vec3f p, std::uint32_t from, float enough_sq, float
   return tree_.nearest(p, query);
 }
 
-bool Reference::is_near(Vec3f p, std::uint32_t from, float enough_sq) const {
+bool Reference::is_near(Vec3f p, std::uint32_t& from, float enough_sq) const {
   if (from != kNoTriangle) {
     float found_sq = 0.0f;
-    step_down(p, from, enough_sq, found_sq);
-    if (found_sq <= enough_sq) return true;
+    const std::uint32_t near = step_down(p, from, enough_sq, found_sq);
+    if (found_sq <= enough_sq) return from = near, true;
   }
   NearestQuery query;
   query.enough_sq = enough_sq;
   query.max_distance_sq = enough_sq;
-  return tree_.nearest(p, query).found();
+  const NearestPoint found = tree_.nearest(p, query);
+  if (found.found()) from = found.triangle;
+  return found.found();
 }
 
 }  // namespace cornice::remesh

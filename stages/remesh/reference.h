@@ -33,15 +33,16 @@ class Reference {
   /// than `search_sq`: then the nearest place of all.
   /// Without u and v where no search was needed.
   NearestPoint near(Vec3f p, std::uint32_t from, float enough_sq, float search_sq) const;
-  /// Whether some place of the surface is that near.
-  bool is_near(Vec3f p, std::uint32_t from, float enough_sq) const;
+  /// Whether some place of the surface is that near; `from` becomes a triangle near p.
+  bool is_near(Vec3f p, std::uint32_t& from, float enough_sq) const;
 
  private:
   NearestPoint measure(Vec3f p, std::uint32_t triangle) const;
   /// The squared distance of a triangle, or most_sq where it is farther than that.
   float distance_sq(Vec3f p, std::uint32_t triangle, float most_sq) const;
-  /// The triangle below or above p: each step leaves by the side that p lies farthest beyond.
-  std::uint32_t stride(Vec3f p, std::uint32_t from) const;
+  /// The triangle below or above p, and how near that is: each step leaves by the side that p lies
+  /// farthest beyond.
+  std::uint32_t stride(Vec3f p, std::uint32_t from, float& found_sq) const;
   /// Where the walk ends, and how near that is.
   std::uint32_t step_down(Vec3f p, std::uint32_t from, float enough_sq, float& found_sq) const;
 

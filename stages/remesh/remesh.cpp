@@ -34,6 +34,8 @@ constexpr float kSearchShare = kRepairShare;
 constexpr float kMendShare = 0.84f;
 /// What may be left where repair stands still.
 constexpr float kBearableShare = 0.97f;
+/// Rounds of flipping and smoothing in all passes but the last: sizes change after each.
+constexpr int kEarlyRounds = 1;
 constexpr int kMostRepairs = 24;
 constexpr int kMostIdle = 6;
 /// Beginnings anew with more of the input kept as it is.
@@ -174,8 +176,7 @@ class Remeshing {
     }
     spacing_ =
         static_cast<float>(count == 0 ? 1.0 : std::max(sum / static_cast<double>(count), 1e-4));
-    relax_.guard = {kGuardShare * sizes_.error_m, kGuardSpacing * spacing_, 0.0f,
-                    kDoubt * sizes_.error_m};
+    relax_.guard = {kGuardShare * sizes_.error_m, kGuardSpacing * spacing_, 0.0f, 0.0f};
   }
 
   void start_over() {
@@ -232,7 +233,9 @@ class Remeshing {
     for (int pass = 0; pass < options_.passes; ++pass) {
       adapt_sizes(work_, sizes_, 0.6f, pass + 1 < options_.passes ? 1.6f : 1.0f);
       grade_sizes(work_, sizes_);
-      relax_pass(work_, reference, grid(pass, 0.4 * mean_area()), relax_, options_.threads,
+      RelaxLimits limits = relax_;
+      if (pass + 1 < options_.passes) limits.rounds = kEarlyRounds;
+      relax_pass(work_, reference, grid(pass, 0.4 * mean_area()), limits, options_.threads,
                  no_progress());
       check_cancelled(progress_);
       progress_.advance(1);
@@ -281,7 +284,7 @@ class Remeshing {
     const bool stands_still = idle >= 2;
     RelaxLimits limits = relax_;
     limits.guard = {(stands_still ? kBearableShare : kMendShare) * sizes_.error_m,
-                    (round < 2 ? 1.0f : kFineShare) * kFinalSpacing * spacing_, 0.0f, -1.0f};
+                    (round < 2 ? 1.0f : kFineShare) * kFinalSpacing * spacing_, 0.0f, 0.0f, true};
     if (stands_still) limits.least_facing = -1.0f;
     return limits;
   }

@@ -87,7 +87,7 @@ TEST_F(RemeshProgram, KeepsTheBoundOnARoughStepAndSaysSo) {
   EXPECT_LT(after.triangles.size(), before.triangles.size());
   const TriangleTree first(before.positions, before.triangles, 0);
   const TriangleTree second(after.positions, after.triangles, 0);
-  EXPECT_LE(static_cast<double>(measure_distance(first, second, 0.1f, 0).hausdorff_m()), kBound);
+  EXPECT_LE(static_cast<double>(measure_distance(first, second, 0.06f, 0).hausdorff_m()), kBound);
   const nlohmann::json json = test::read_json(report());
   EXPECT_LE(json.at("quality").at("hausdorff_m").get<double>(), kBound);
   EXPECT_TRUE(json.at("warnings").empty()) << json.at("warnings").dump();

@@ -100,8 +100,12 @@ TEST(Guard, CarriesOnWhatATriangleCarried) {
 TEST(Reference, FindsWhatIsNearFromAnywhere) {
   const Square square(0.0, 0.05f);
   for (const std::uint32_t from : {0u, 60u, 127u, Reference::kNoTriangle}) {
-    EXPECT_TRUE(square.reference.is_near({7.3f, 1.2f, 0.04f}, from, 0.0025f));
-    EXPECT_FALSE(square.reference.is_near({7.3f, 1.2f, 0.06f}, from, 0.0025f));
+    std::uint32_t at = from;
+    EXPECT_FALSE(square.reference.is_near({7.3f, 1.2f, 0.06f}, at, 0.0025f));
+    EXPECT_EQ(at, from);
+    EXPECT_TRUE(square.reference.is_near({7.3f, 1.2f, 0.04f}, at, 0.0025f));
+    // From there on nothing has to be looked for.
+    EXPECT_LE(square.reference.walk({7.3f, 1.2f, 0.04f}, at, 0.0f).distance_sq, 0.0017f);
     EXPECT_NEAR(square.reference.near({2.5f, 2.5f, 0.3f}, from, 0, 0).distance_sq, 0.09f, 1e-5f);
   }
 }

@@ -167,6 +167,19 @@ TEST(Remesh, KeepsASteepWall) {
   expect_within(mesh, remesh(mesh, {}), 0.05);
 }
 
+TEST(Remesh, KeepsTrianglesRoundWhereRoughGroundNeedsMending) {
+  const Mesh mesh = test::height_mesh(0, 0, 60, 0.5, [](double x, double y) {
+    return hills(x, y) + 0.02 * CounterRandom(5, static_cast<std::uint64_t>(2 * x),
+                                              static_cast<std::uint64_t>(2 * y))
+                                    .normal();
+  });
+  const Result result = remesh(mesh, {});
+  EXPECT_GE(result.figures.repair_rounds, 1);
+  EXPECT_GE(result.figures.inner_quality.share_min_angle_20(), 0.995);
+  EXPECT_LE(distance_by_cgal(mesh, result.mesh, 0.12f), 0.05);
+  EXPECT_LE(distance_by_cgal(result.mesh, mesh, 0.12f), 0.05);
+}
+
 TEST(Remesh, TakesDegenerateInput) {
   EXPECT_TRUE(remesh({}, {}).mesh.triangles.empty());
   Mesh one;
