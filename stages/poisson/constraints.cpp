@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Constraints of M. Kazhdan, H. Hoppe, "Screened Poisson surface reconstruction", 2013: for node i
 // the integral of grad B_i . V, with V = sum over nodes of v_j B_j and v_j the normals splatted
-// with B_j. All B are trilinear; their spaces are nested, so V of a coarse level is also one of
-// every finer level, and what a fine level integrates can be restricted to a coarser one exactly.
+// around node j. All B are trilinear; their spaces are nested, so V of a coarse level is also one
+// of every finer level, and what a fine level integrates can be restricted to a coarser one
+// exactly.
 #include "stages/poisson/constraints.h"
 
 #include <algorithm>
@@ -18,11 +19,14 @@ namespace {
 
 constexpr std::size_t kBricksAtATime = 64;
 constexpr int kSide = kBrickSide + 2;  ///< nodes -1 .. 8 of a brick
-constexpr int kStride = 16;            ///< of rows; node x at x + 1
+constexpr int kStride = 16;            ///< of rows
+/// Where a row has node 0: a sample's four nodes then fit in, wherever near the brick it is.
+constexpr int kFirst = 4;
 
 /// A vector at every node of a brick and one node around.
 struct Vectors {
-  std::array<std::array<std::array<float, kStride>, kSide>, kSide> x, y, z;  ///< [z][y][x + 1]
+  std::array<std::array<std::array<float, kStride>, kSide>, kSide> x, y,
+      z;  ///< [z + 1][y + 1][x + kFirst]
 };
 
 /// V of one level, in the bricks where it is not zero.
@@ -38,28 +42,44 @@ float share(float depth, int level, int levels) {
   return std::max(0.0f, 1.0f - std::abs(depth - static_cast<float>(level)));
 }
 
-/// Splats the samples around a brick. False where there are none, and `to` is then untouched.
+/// Cubic B-spline at the nodes -1 .. 2 of a cell, for a place in it.
+std::array<float, 4> cubic(float t) {
+  const float u = 1.0f - t;
+  return {u * u * u / 6.0f, 2.0f / 3.0f - t * t * (1.0f - 0.5f * t),
+          2.0f / 3.0f - u * u * (1.0f - 0.5f * u), t * t * t / 6.0f};
+}
+
+/// Adds v to the nodes around a place in the cell (x, y, z).
+void add_spread(Vec3f v, Vec3f fraction, int x, int y, int z, Vectors& to) {
+  const auto wx = cubic(fraction.x), wy = cubic(fraction.y), wz = cubic(fraction.z);
+  for (int c = std::max(0, -z); c < std::min(4, kBrickSide + 2 - z); ++c) {
+    for (int b = std::max(0, -y); b < std::min(4, kBrickSide + 2 - y); ++b) {
+      const float yz = wy[b] * wz[c];
+      const int k = z + c, j = y + b, i = x - 1 + kFirst;
+      for (int a = 0; a < 4; ++a) {
+        const float w = wx[a] * yz;
+        to.x[k][j][i + a] += w * v.x;
+        to.y[k][j][i + a] += w * v.y;
+        to.z[k][j][i + a] += w * v.z;
+      }
+    }
+  }
+}
+
+/// Splats the samples around a brick with cubic B-splines: trilinear ones, which are narrower where
+/// a sample is near a node, would make the surface wave with the lattice. False where there are
+/// none, and `to` is then untouched.
 bool splat(const SampleLevel& samples, BrickKey brick, int level, int levels, Vectors& to) {
   bool any = false;
-  for_each_sample_near(samples, brick, -2, kBrickSide, [&](const Sample& s, int x, int y, int z) {
-    const float part = share(s.depth, level, levels);
-    const float length = norm(s.normal);
-    if (part <= 0.0f || length <= 0.0f) return;
-    if (!any) to = {};
-    any = true;
-    const Vec3f v = s.normal * (part * s.area / s.weight);
-    const Vec3f f = s.fraction;
-    for (int o = 0; o < 8; ++o) {
-      const int i = x + (o & 1), j = y + (o >> 1 & 1), k = z + (o >> 2);
-      if (i < -1 || i > kBrickSide || j < -1 || j > kBrickSide || k < -1 || k > kBrickSide)
-        continue;
-      const float w = (o & 1 ? f.x : 1.0f - f.x) * (o >> 1 & 1 ? f.y : 1.0f - f.y) *
-                      (o >> 2 ? f.z : 1.0f - f.z);
-      to.x[k + 1][j + 1][i + 1] += w * v.x;
-      to.y[k + 1][j + 1][i + 1] += w * v.y;
-      to.z[k + 1][j + 1][i + 1] += w * v.z;
-    }
-  });
+  for_each_sample_near(samples, brick, -3, kBrickSide + 1,
+                       [&](const Sample& s, int x, int y, int z) {
+                         const float part = share(s.depth, level, levels);
+                         const float length = norm(s.normal);
+                         if (part <= 0.0f || length <= 0.0f) return;
+                         if (!any) to = {};
+                         any = true;
+                         add_spread(s.normal * (part * s.area / s.weight), s.fraction, x, y, z, to);
+                       });
   return any;
 }
 
@@ -73,7 +93,8 @@ void add_divergence(const Vectors& v, float* constraints) {
   std::array<std::array<Row, kSide>, kSide> dx, my, mz;  // [z][y][x]
   for (int k = 0; k < kSide; ++k) {
     for (int j = 0; j < kSide; ++j) {
-      const float *vx = v.x[k][j].data(), *vy = v.y[k][j].data(), *vz = v.z[k][j].data();
+      const float *vx = v.x[k][j].data() + kFirst - 1, *vy = v.y[k][j].data() + kFirst - 1,
+                  *vz = v.z[k][j].data() + kFirst - 1;
       for (int i = 0; i < kBrickSide; ++i) {
         dx[k][j][i] = 0.5f * (vx[i] - vx[i + 2]);
         my[k][j][i] = side * (vy[i] + vy[i + 2]) + middle * vy[i + 1];
@@ -141,7 +162,8 @@ bool interpolate(const VectorGrid& coarse, BrickKey brick, Vectors& to) {
       sum += window[i + kWindow * (j + kWindow * k)];
     }
     sum *= 0.125f;
-    to.x[z][y][x] = sum.x, to.y[z][y][x] = sum.y, to.z[z][y][x] = sum.z;
+    const int at = x - 1 + kFirst;
+    to.x[z][y][at] = sum.x, to.y[z][y][at] = sum.y, to.z[z][y][at] = sum.z;
   }
   return true;
 }
@@ -217,7 +239,7 @@ VectorGrid make_vectors(const Grid& grid, const SampleLevel& samples, const Vect
           if (!own && !inherited) continue;
           part.bricks.push_back(grid.bricks[b]);
           for (int n = 0; n < kBrickNodes; ++n) {
-            const int x = n % 8 + 1, y = n / 8 % 8 + 1, z = n / 64 + 1;
+            const int x = n % 8 + kFirst, y = n / 8 % 8 + 1, z = n / 64 + 1;
             Vec3f v;
             if (own) v += {here->x[z][y][x], here->y[z][y][x], here->z[z][y][x]};
             if (inherited) v += {above->x[z][y][x], above->y[z][y][x], above->z[z][y][x]};

@@ -9,6 +9,7 @@ cornice_library(
   equations.cpp
   field.cpp
   grid.cpp
+  misfit.cpp
   near.cpp
   relax.cpp
   samples.cpp

@@ -19,7 +19,7 @@ struct Sample {
   float weight = 0.0f;     ///< sum of quality
   float count = 0.0f;      ///< points, each finest cell counting for at most kCellCountMax
   float area = 0.0f;       ///< of the ground that the cell's points stand for, in squared spacings
-  float pull = 0.0f;       ///< area that screening counts, in squared spacings
+  float pull = 0.0f;       ///< area that screening counts, in squared spacings (misfit.h)
   float depth = 0.0f;      ///< the level, not rounded, that suits the points' density; >= 0
   std::uint16_t cell = 0;  ///< within its brick, x fastest
   std::uint8_t dense = 0;  ///< 1 where this level is used, or a finer one

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "core/base/parallel.h"
+#include "stages/poisson/misfit.h"
 
 namespace cornice::poisson {
 namespace {
@@ -11,11 +12,13 @@ namespace {
 constexpr std::size_t kBricksAtATime = 64;
 
 /// Appends a brick's ties, sorted.
-void append_ties(const SampleLevel& samples, BrickKey brick, float weight, std::vector<Tie>& ties) {
+void append_ties(const SampleLevel& samples, BrickKey brick, float weight, Hold hold,
+                 std::vector<Tie>& ties) {
   const auto begin = static_cast<std::ptrdiff_t>(ties.size());
   for_each_sample_near(
       samples, brick, -1, kBrickSide - 1, [&](const Sample& s, int x, int y, int z) {
-        ties.push_back({s.fraction, weight * s.pull, static_cast<std::int8_t>(x),
+        const float pull = hold == Hold::kLoose ? kLoosePull * s.area : s.pull;
+        ties.push_back({s.fraction, weight * pull, static_cast<std::int8_t>(x),
                         static_cast<std::uint8_t>((y + 1) + kTieSide * (z + 1)), s.inherited != 0});
       });
   std::sort(ties.begin() + begin, ties.end(),
@@ -24,7 +27,8 @@ void append_ties(const SampleLevel& samples, BrickKey brick, float weight, std::
 
 }  // namespace
 
-Screening::Screening(const Grid& grid, const SampleLevel& samples, float weight, int threads)
+Screening::Screening(const Grid& grid, const SampleLevel& samples, float weight, Hold hold,
+                     int threads)
     : first_(1, 0) {
   if (weight == 0.0f) {
     first_.resize(grid.bricks.size() + 1, 0);
@@ -40,7 +44,7 @@ Screening::Screening(const Grid& grid, const SampleLevel& samples, float weight,
                  Part& part = parts[begin / kBricksAtATime];
                  for (std::size_t b = begin; b < end; ++b) {
                    const std::size_t before = part.ties.size();
-                   append_ties(samples, grid.bricks[b], weight, part.ties);
+                   append_ties(samples, grid.bricks[b], weight, hold, part.ties);
                    part.counts.push_back(static_cast<std::uint32_t>(part.ties.size() - before));
                  }
                });

@@ -24,13 +24,19 @@ inline constexpr int kTieSide = kBrickSide + 1;
 inline constexpr int kTieRows = kTieSide * kTieSide;
 inline constexpr int kTiesMax = kTieRows * kTieSide;
 
+/// What samples pull with.
+enum class Hold {
+  kLoose,  ///< kLoosePull of their area
+  kOwn,    ///< their pull
+};
+
 /// Sum over samples of weight * pull * B_i * B_j, over the spacing, held as the samples themselves:
 /// an eighth of what its 27 coefficients a node would take.
 /// Kazhdan & Hoppe 2013, equation (6): with weights that grow by 2 from level to level and areas in
 /// squared spacings, the same number serves every level.
 class Screening {
  public:
-  Screening(const Grid& grid, const SampleLevel& samples, float weight, int threads);
+  Screening(const Grid& grid, const SampleLevel& samples, float weight, Hold hold, int threads);
 
   /// Of a brick, by row, then x; no cell twice.
   std::span<const Tie> ties(std::size_t brick) const {

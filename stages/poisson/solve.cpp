@@ -18,6 +18,7 @@
 #include "stages/poisson/constraints.h"
 #include "stages/poisson/density.h"
 #include "stages/poisson/grid.h"
+#include "stages/poisson/misfit.h"
 #include "stages/poisson/relax.h"
 #include "stages/poisson/samples.h"
 #include "stages/poisson/screening.h"
@@ -34,7 +35,6 @@ constexpr int kFirstWhole = 6;
 constexpr int kCoarsestBricks = 2;
 /// The whole levels are small; they are relaxed more, as they have farther to carry.
 constexpr int kWholeFactor = 8;
-constexpr std::size_t kBricksAtATime = 64;
 
 void check(const SolveOptions& options) {
   const auto refuse = [](const char* option, const char* range) {
@@ -128,8 +128,7 @@ std::vector<LevelView> views(std::span<const Grid> grids) {
 /// as it is there, and corrected by what they make of it.
 class Levels {
  public:
-  Levels(std::vector<Grid>& grids, const std::vector<SampleLevel>& samples,
-         const SolveOptions& options)
+  Levels(std::vector<Grid>& grids, std::vector<SampleLevel>& samples, const SolveOptions& options)
       : grids_(grids),
         samples_(samples),
         options_(options),
@@ -140,9 +139,15 @@ class Levels {
     Grid& grid = grids_[at(level)];
     if (level + 1 < static_cast<int>(grids_.size()))
       prolong(grid, coarser(level), options_.threads);
-    screening_[at(level)].emplace(grid, samples_[at(level)],
-                                  static_cast<float>(options_.point_weight), options_.threads);
-    relax_level(level, grid.constraints);
+    if (level == 0) {
+      // Loosely first: what that field misses tells where the ground wants a firmer hold.
+      hold(level, Hold::kLoose);
+      relax_level(level, grid.constraints);
+      loosen_pull(samples_, fields_at_samples(samples_[0], views(grids_), options_.threads),
+                  options_.threads);
+    }
+    hold(level, Hold::kOwn);
+    if (level > 0) relax_level(level, grid.constraints);
     if (level < kFirstWhole) correct(level);
     const Residual left = residual(grid, *screening_[at(level)], options_.threads);
     return {std::ldexp(options_.lattice.step_m, level),
@@ -158,6 +163,10 @@ class Levels {
   static std::size_t at(int level) { return static_cast<std::size_t>(level); }
   std::vector<LevelView> coarser(int level) const {
     return views(std::span(grids_).subspan(at(level + 1)));
+  }
+  void hold(int level, Hold how) {
+    screening_[at(level)].emplace(grids_[at(level)], samples_[at(level)],
+                                  static_cast<float>(options_.point_weight), how, options_.threads);
   }
   void relax_level(int level, const std::vector<float>& right_side) {
     const int passes = options_.relaxations * (grids_[at(level)].whole ? kWholeFactor : 1);
@@ -177,44 +186,22 @@ class Levels {
   }
 
   std::vector<Grid>& grids_;
-  const std::vector<SampleLevel>& samples_;
+  std::vector<SampleLevel>& samples_;
   const SolveOptions& options_;
   std::vector<std::optional<Screening>> screening_;
   std::vector<int> passes_;
 };
 
-/// Weighted mean of the field at the finest samples.
+/// Mean of the field at the finest samples, weighted by area.
 double field_at(const SampleLevel& samples, std::span<const Grid> grids, int threads) {
-  const std::vector<LevelView> levels = views(grids);
-  struct Sums {
-    double value = 0.0, area = 0.0;
-  };
-  const Sums sums = parallel_reduce(
-      samples.bricks.size(), kBricksAtATime, threads, Sums{},
-      [&](std::size_t begin, std::size_t end) {
-        Sums part;
-        std::array<float, kClosedBrickNodes> closed;
-        for (std::size_t b = begin; b < end; ++b) {
-          if (!read_closed_brick(levels, samples.bricks[b], closed)) continue;
-          for (std::uint64_t i = samples.first[b]; i < samples.first[b + 1]; ++i) {
-            const Sample& s = samples.samples[i];
-            const Vec3f f = s.fraction;
-            double value = 0.0;
-            for (int o = 0; o < 8; ++o) {
-              const int x = (s.cell & 7) + (o & 1), y = (s.cell >> 3 & 7) + (o >> 1 & 1),
-                        z = (s.cell >> 6) + (o >> 2);
-              value +=
-                  static_cast<double>((o & 1 ? f.x : 1.0f - f.x) * (o >> 1 & 1 ? f.y : 1.0f - f.y) *
-                                      (o >> 2 ? f.z : 1.0f - f.z) * closed[x + 9 * (y + 9 * z)]);
-            }
-            part.value += static_cast<double>(s.area) * value;
-            part.area += static_cast<double>(s.area);
-          }
-        }
-        return part;
-      },
-      [](Sums& sum, const Sums& part) { sum.value += part.value, sum.area += part.area; });
-  return sums.area > 0.0 ? sums.value / sums.area : 0.0;
+  const std::vector<float> fields = fields_at_samples(samples, views(grids), threads);
+  double value = 0.0, area = 0.0;
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    const auto of_sample = static_cast<double>(samples.samples[i].area);
+    value += of_sample * static_cast<double>(fields[i]);
+    area += of_sample;
+  }
+  return area > 0.0 ? value / area : 0.0;
 }
 
 Field make_field(Lattice lattice, std::vector<Grid>& grids) {

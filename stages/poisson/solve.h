@@ -17,7 +17,9 @@ namespace cornice {
 struct SolveOptions {
   Lattice lattice;  ///< step_m in [0.001, 1000]; time and memory grow with its inverse square
   /// How closely the surface follows each point, against the normals that smooth it; dimensionless,
-  /// in [0, 1000]. 0: normals alone (Kazhdan et al. 2006).
+  /// in [0, 1000]. 0: normals alone (Kazhdan et al. 2006). It holds where the ground bends from
+  /// metre to metre; on the finest level, smooth ground takes down to a fifth of it, and bending
+  /// ground up to four times as much where points are sparse.
   double point_weight = 8.0;
   /// Points that a cell must see, on average, for its level to be used there; in (0, 100]. Sparser
   /// ground is held on coarser levels.
