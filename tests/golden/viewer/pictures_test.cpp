@@ -26,19 +26,19 @@ const fs::path kFolder = fs::path(CORNICE_SOURCE_DIR) / "tests" / "golden" / "vi
 constexpr double kMeanLimit = 0.3, kP99Limit = 3.0;
 
 std::vector<View> all_views() {
-  return {
-      {"natural"},
-      {"slope", Shading::kSlope},
-      {"aspect", Shading::kAspect},
-      {"altitude_contours", Shading::kAltitude, 2.0, 5.0},
-      {"support", Shading::kSupport},
-      {"source", Shading::kSource},
-      {"colour", Shading::kColour},
-      {"level", Shading::kLevel, 6.0},
-      {"edges", Shading::kPlain, 20.0, 0.0, false, false, true},
-      {"drape", Shading::kNatural, 2.0, 0.0, false, true},
-      {"side_by_side", Shading::kAltitude, 2.0, 0.0, true, false, false, Split::Kind::kSideBySide},
-      {"swipe", Shading::kNatural, 2.0, 0.0, false, true, false, Split::Kind::kSwipe}};
+  const double finest = View{}.error_pixels;
+  return {{"natural"},
+          {"plain", Shading::kPlain},
+          {"slope", Shading::kSlope},
+          {"aspect", Shading::kAspect},
+          {"altitude_contours", Shading::kAltitude, finest, 5.0},
+          {"support", Shading::kSupport},
+          {"source", Shading::kSource},
+          {"colour", Shading::kColour},
+          {"level", Shading::kLevel, 6.0},
+          {"drape", Shading::kNatural, finest, 0.0, false, true},
+          {"side_by_side", Shading::kAltitude, finest, 0.0, true, false, Split::Kind::kSideBySide},
+          {"swipe", Shading::kNatural, finest, 0.0, false, true, Split::Kind::kSwipe}};
 }
 
 bool is_alike(const Perceived& difference) {

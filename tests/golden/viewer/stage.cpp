@@ -82,7 +82,6 @@ Picture Stage::draw(const View& view, const Change& change) {
   options.shading = view.shading;
   options.error_pixels = view.error_pixels;
   options.contour_interval_m = view.contour_interval_m;
-  options.has_edges = view.has_edges;
   // Both lines go through the picture.
   options.snow_line_m = 1870.0;
   options.tree_line_m = 1815.0;

@@ -20,11 +20,11 @@ namespace cornice::viewer {
 struct View {
   std::string name;
   Shading shading = Shading::kNatural;
-  double error_pixels = 2.0;
+  /// The finest mesh, so that no change of simplifying or choosing is one of the picture.
+  double error_pixels = 0.02;
   double contour_interval_m = 0.0;
   bool has_second_layer = false;
   bool has_photo = false;
-  bool has_edges = false;
   Split::Kind split = Split::Kind::kNone;
 };
 
