@@ -1,2 +1,3 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-cornice_test(viewer_gpu unit/viewer_gpu/morph_shader_test.cpp LIBS cornice_viewer_render)
+cornice_test(viewer_gpu unit/viewer_gpu/gpu_cells_test.cpp unit/viewer_gpu/morph_shader_test.cpp
+             unit/viewer_gpu/overdraw_test.cpp LIBS cornice_viewer_render)

@@ -209,6 +209,41 @@ TEST(Radii, ObeyTheirRuleAfterEveryChange) {
   EXPECT_EQ(scaled(a, 1.0, tree.metric).of, a.of);
 }
 
+TEST(Radii, FadeALevelOutAroundARisingEyeBeforeItsLastCellGoes) {
+  const Header header = sample_header(5);
+  const Tree tree = make_tree(header, full_quadtree(header, 0.05f));
+  const std::vector<float> reach = reaches(tree, 700.0);
+  const std::int32_t step = tree.metric.side(5) / 256;
+  // The eye goes by one step and radii twice as fast while weights change over a sixteenth of a
+  // side at least.
+  const std::int32_t most = 32768 * 3 * 16 / 256 + 64;
+  FinePoint eye = eye_at(tree, 0.4, 0.6, 0.0);
+  Selection selection;
+  int finest = 5, gone = 0;
+  std::int32_t before = 32768;
+  for (int i = 0; finest > 0; ++i, eye.z += step) {
+    ASSERT_LT(i, 200'000) << "level " << finest << " never ends";
+    const Radii radii = radii_for_eye(tree, reach, eye);
+    select(tree, radii, eye, {}, selection);
+    int level = 0;
+    for (const std::uint32_t c : selection.cells) level = std::max(level, tree.cells[c].key.level);
+    // Of the vertex below the eye, which is the one that is most itself.
+    const std::int32_t weight = level > 0 ? morph_weight(slab_distance(eye, tree.metric),
+                                                         morph_band(radii, level, tree.metric))
+                                          : 32768;
+    if (level < finest) {
+      EXPECT_LE(before, most) << "level " << finest << " went while it was to be seen";
+      EXPECT_GE(weight, 32768 - most) << "level " << level << " came morphed";
+      ++gone;
+    } else {
+      ASSERT_EQ(level, finest);
+      ASSERT_LE(std::abs(weight - before), most) << "level " << level << " jumps at step " << i;
+    }
+    finest = level, before = weight;
+  }
+  EXPECT_EQ(gone, 5);
+}
+
 TEST(Budget, IsKept) {
   const Header header = sample_header(7);
   const Tree tree = make_tree(header, full_quadtree(header, 0.05f));

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What budgets of memory and of a frame's time leave.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <set>
+#include <thread>
+
+#include "tests/property/viewer/crater.h"
+#include "tests/support/temporary_folder.h"
+
+namespace cornice::viewer {
+namespace {
+
+constexpr double kErrorPixels = 2.0;
+
+class Budget : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new test::TemporaryFolder;
+    write_crater(*folder_ / "crater.hlod");
+  }
+  static void TearDownTestSuite() { delete folder_; }
+  static std::filesystem::path file() { return *folder_ / "crater.hlod"; }
+
+  static inline test::TemporaryFolder* folder_ = nullptr;
+};
+
+std::uint64_t packed_bytes(const hlod::Node& node) {
+  return (node.vertices + (node.key.level > 0 ? node.parents : node.vertices)) * kWordsPerVertex *
+             4 +
+         std::uint64_t{node.triangles} * 6;
+}
+
+TEST_F(Budget, OfATenthHoldsTwoNeighbouringViewsAndLetsGoOfThemForOthersAlone) {
+  CraterStudio::Budgets tenth{0, 0, 1};
+  for (const hlod::Node& node : hlod::File(file()).nodes()) tenth.gpu_bytes += packed_bytes(node);
+  tenth.gpu_bytes /= 10;
+  tenth.cache_bytes = tenth.gpu_bytes;
+  CraterStudio studio(file(), 160, 120, tenth);
+  const auto read_for = [&](double t) {
+    const std::uint64_t before = studio.layer().counts().store.cells_read;
+    EXPECT_TRUE(studio.settle(crater_camera(t), kErrorPixels));
+    return studio.layer().counts().store.cells_read - before;
+  };
+  read_for(0.1), read_for(0.11);
+  std::uint64_t again = 0;
+  for (int swing = 0; swing < 5; ++swing) again += read_for(0.1) + read_for(0.11);
+  EXPECT_EQ(again, 0u) << "cells come and go as the eye swings to and fro";
+  std::uint64_t elsewhere = 0;
+  for (int step = 1; step < 11; ++step) elsewhere += read_for(0.1 + 0.05 * step);
+  EXPECT_GT(elsewhere, 0u);
+  EXPECT_GT(studio.layer().counts().store.cells_read, studio.layer().counts().cells_loaded)
+      << "all had room, nothing was tried";
+  EXPECT_LE(studio.cells().allocated_bytes(), tenth.gpu_bytes);
+}
+
+TEST_F(Budget, OfNoTimeTakesOneCellAFrameToTheGpuUntilAllAreThere) {
+  const OffscreenContext context;
+  GpuCells cells(256u << 20);
+  Layer layer(file(), 0, {1, 256u << 20}, cells);
+  std::set<std::uint64_t> sizes{0};
+  for (const hlod::TreeCell& cell : layer.tree().cells) {
+    std::uint64_t bytes = 0;
+    for (std::uint32_t part = 0; part < cell.parts; ++part)
+      bytes += packed_bytes(layer.file().nodes()[cell.first_node + part]);
+    sizes.insert(bytes);
+  }
+  LayerView view;
+  view.camera = crater_camera(0.1);
+  view.width = 160, view.height = 120;
+  view.error_pixels = 1.0;
+  view.seconds = 1.0 / 60.0;
+  view.upload_time_share = 0.0;
+  std::uint64_t frame = 1, uploads = 0;
+  do {
+    layer.update(view, cells, ++frame);
+    ASSERT_TRUE(sizes.contains(layer.counts().uploaded_bytes)) << "frame " << frame;
+    uploads += layer.counts().uploaded_bytes > 0 ? 1 : 0;
+    // The thread that reads gets ahead of the uploads.
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  } while (layer.counts().cells_missing > 0);
+  EXPECT_GT(uploads, 20u);
+}
+
+}  // namespace
+}  // namespace cornice::viewer
