@@ -315,11 +315,10 @@ CORNICE_INLINE float Simplifier::way(std::uint32_t u, std::uint32_t target) cons
   return options_.in_plan ? plan : std::max(plan, std::abs(d[2]));
 }
 
-/// Whether u may become at[place] as far as the neighbours' connections go: the two may share no
-/// neighbours but those of the triangles that go, and no triangle may come to be there twice. An
-/// edge that is new between two locked vertices may be there already in the next block.
-CORNICE_INLINE bool Simplifier::allowed(std::uint32_t u, std::uint32_t place,
-                                        const Ring& ring) const {
+/// Whether the ring's vertex may become at[place] as far as the neighbours' connections go: the two
+/// may share no neighbours but those of the triangles that go, and no triangle may come to be there
+/// twice. An edge that is new between two locked vertices may be there already in the next block.
+CORNICE_INLINE bool Simplifier::allowed(std::uint32_t place, const Ring& ring) const {
   const std::uint32_t target = ring.at[place];
   const auto [begin, end] = ring.others(place);
   if (links_.has_any(target, {&ring.at[begin], end - begin})) return false;
@@ -341,7 +340,6 @@ CORNICE_INLINE bool Simplifier::allowed(std::uint32_t u, std::uint32_t place,
   for (std::uint32_t i = begin; i < end; ++i) {
     if (mesh_->locked[ring.at[i]] != 0) return false;
   }
-  (void)u;
   return true;
 }
 
@@ -363,7 +361,7 @@ CORNICE_INLINE bool Simplifier::evaluate(std::uint32_t u, bool check_links, Ring
     if (!(cost <= error_bound)) return false;
     const auto place = static_cast<std::uint32_t>(bits & kPlaceBits);
     if (way(u, ring.at[place]) <= reach && !folds(place, ring) &&
-        (!check_links || allowed(u, place, ring))) {
+        (!check_links || allowed(place, ring))) {
       states_[u].cost = cost;
       targets_[u] = place;
       return true;
@@ -377,7 +375,7 @@ CORNICE_INLINE bool Simplifier::evaluate(std::uint32_t u, bool check_links, Ring
 /// u becomes its target, `ring` being what gather() found. False where that may not be.
 CORNICE_INLINE bool Simplifier::collapse(std::uint32_t u, Ring& ring) {
   const std::uint32_t place = targets_[u], target = ring.at[place];
-  if (!allowed(u, place, ring)) return false;
+  if (!allowed(place, ring)) return false;
   for (int i = 0; i < kLanes * ring.vectors; ++i) {
     // Those that fill the ring up are of it, too. What could not go before may be able to now.
     State& state = states_[ring.at[i]];

@@ -105,7 +105,7 @@ class Simplifier {
   void price(std::uint32_t u, Ring& ring) const;
   void price_further(std::uint32_t u, Ring& ring) const;
   bool folds(std::uint32_t place, const Ring& ring) const;
-  bool allowed(std::uint32_t u, std::uint32_t place, const Ring& ring) const;
+  bool allowed(std::uint32_t place, const Ring& ring) const;
   float way(std::uint32_t u, std::uint32_t target) const;
   bool evaluate(std::uint32_t u, bool check_links, Ring& ring);
   bool collapse(std::uint32_t u, Ring& ring);
