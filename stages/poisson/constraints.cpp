@@ -55,13 +55,14 @@ void add_spread(Vec3f v, Vec3f fraction, int x, int y, int z, Vectors& to) {
   for (int c = std::max(0, -z); c < std::min(4, kBrickSide + 2 - z); ++c) {
     for (int b = std::max(0, -y); b < std::min(4, kBrickSide + 2 - y); ++b) {
       const float yz = wy[b] * wz[c];
+      const std::array<float, 4> w{wx[0] * yz, wx[1] * yz, wx[2] * yz, wx[3] * yz};
+      const auto add = [&w](float* row, float part) {
+        for (int a = 0; a < 4; ++a) row[a] += w[a] * part;
+      };
       const int k = z + c, j = y + b, i = x - 1 + kFirst;
-      for (int a = 0; a < 4; ++a) {
-        const float w = wx[a] * yz;
-        to.x[k][j][i + a] += w * v.x;
-        to.y[k][j][i + a] += w * v.y;
-        to.z[k][j][i + a] += w * v.z;
-      }
+      add(to.x[k][j].data() + i, v.x);
+      add(to.y[k][j].data() + i, v.y);
+      add(to.z[k][j].data() + i, v.z);
     }
   }
 }
