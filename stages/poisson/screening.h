@@ -38,6 +38,9 @@ class Screening {
  public:
   Screening(const Grid& grid, const SampleLevel& samples, float weight, Hold hold, int threads);
 
+  /// From now on with the samples' own pull; they must be the ones that it was made of.
+  void hold_with_pull(const Grid& grid, const SampleLevel& samples, float weight, int threads);
+
   /// Of a brick, by row, then x; no cell twice.
   std::span<const Tie> ties(std::size_t brick) const {
     return {ties_.data() + first_[brick], ties_.data() + first_[brick + 1]};

@@ -139,17 +139,19 @@ class Levels {
     Grid& grid = grids_[at(level)];
     if (level + 1 < static_cast<int>(grids_.size()))
       prolong(grid, coarser(level), options_.threads);
+    const auto weight = static_cast<float>(options_.point_weight);
+    Screening& screening =
+        screening_[at(level)].emplace(grid, samples_[at(level)], weight,
+                                      level == 0 ? Hold::kLoose : Hold::kOwn, options_.threads);
+    relax_level(level, grid.constraints);
     if (level == 0) {
-      // Loosely first: what that field misses tells where the ground wants a firmer hold.
-      hold(level, Hold::kLoose);
-      relax_level(level, grid.constraints);
+      // What a loosely held field misses tells where the ground wants a firmer hold.
       loosen_pull(samples_, fields_at_samples(samples_[0], views(grids_), options_.threads),
                   options_.threads);
+      screening.hold_with_pull(grid, samples_[0], weight, options_.threads);
     }
-    hold(level, Hold::kOwn);
-    if (level > 0) relax_level(level, grid.constraints);
     if (level < kFirstWhole) correct(level);
-    const Residual left = residual(grid, *screening_[at(level)], options_.threads);
+    const Residual left = residual(grid, screening, options_.threads);
     return {std::ldexp(options_.lattice.step_m, level),
             samples_[at(level)].samples.size(),
             grid.bricks.size(),
@@ -163,10 +165,6 @@ class Levels {
   static std::size_t at(int level) { return static_cast<std::size_t>(level); }
   std::vector<LevelView> coarser(int level) const {
     return views(std::span(grids_).subspan(at(level + 1)));
-  }
-  void hold(int level, Hold how) {
-    screening_[at(level)].emplace(grids_[at(level)], samples_[at(level)],
-                                  static_cast<float>(options_.point_weight), how, options_.threads);
   }
   void relax_level(int level, const std::vector<float>& right_side) {
     const int passes = options_.relaxations * (grids_[at(level)].whole ? kWholeFactor : 1);
