@@ -15,6 +15,8 @@ constexpr float kNearer = 0.95f;
 /// Square of the bound's share up to which a place counts as one that a triangle should reach.
 constexpr float kAbout = 1.6f;
 
+/// Of the bound: how far a vertex must move.
+constexpr float kLeastMove = 0.1f;
 /// Sine of the smallest angle to ask for: 22 degrees.
 constexpr float kRoundSine = 0.37f;
 
@@ -269,7 +271,8 @@ class Mending {
     return false;
   }
   bool move(std::uint32_t v, const Offence& o, Vec3f to, std::uint32_t triangle) {
-    if (to == mesh_.position(v)) return false;
+    // Less than that mends nothing, and would keep better changes from being tried.
+    if (norm(to - mesh_.position(v)) < kLeastMove * limits_.guard.error_m) return false;
     begin(o);
     mesh_.each_out(v, [&](std::uint32_t h) {
       take(h / 3);
