@@ -6,25 +6,14 @@
 #include <set>
 #include <thread>
 
-#include "tests/property/viewer/crater.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/property/viewer/crater_fixture.h"
 
 namespace cornice::viewer {
 namespace {
 
 constexpr double kErrorPixels = 2.0;
 
-class Budget : public testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    folder_ = new test::TemporaryFolder;
-    write_crater(*folder_ / "crater.hlod");
-  }
-  static void TearDownTestSuite() { delete folder_; }
-  static std::filesystem::path file() { return *folder_ / "crater.hlod"; }
-
-  static inline test::TemporaryFolder* folder_ = nullptr;
-};
+class Budget : public CraterFixture {};
 
 std::uint64_t packed_bytes(const hlod::Node& node) {
   return (node.vertices + (node.key.level > 0 ? node.parents : node.vertices)) * kWordsPerVertex *
@@ -34,10 +23,11 @@ std::uint64_t packed_bytes(const hlod::Node& node) {
 
 TEST_F(Budget, OfATenthHoldsTwoNeighbouringViewsAndLetsGoOfThemForOthersAlone) {
   CraterStudio::Budgets tenth{0, 0, 1};
-  for (const hlod::Node& node : hlod::File(file()).nodes()) tenth.gpu_bytes += packed_bytes(node);
+  for (const hlod::Node& node : hlod::File(crater_file()).nodes())
+    tenth.gpu_bytes += packed_bytes(node);
   tenth.gpu_bytes /= 10;
   tenth.cache_bytes = tenth.gpu_bytes;
-  CraterStudio studio(file(), 160, 120, tenth);
+  CraterStudio studio(crater_file(), 160, 120, tenth);
   const auto read_for = [&](double t) {
     const std::uint64_t before = studio.layer().counts().store.cells_read;
     EXPECT_TRUE(studio.settle(crater_camera(t), kErrorPixels));
@@ -58,7 +48,7 @@ TEST_F(Budget, OfATenthHoldsTwoNeighbouringViewsAndLetsGoOfThemForOthersAlone) {
 TEST_F(Budget, OfNoTimeTakesOneCellAFrameToTheGpuUntilAllAreThere) {
   const OffscreenContext context;
   GpuCells cells(256u << 20);
-  Layer layer(file(), 0, {1, 256u << 20}, cells);
+  Layer layer(crater_file(), 0, {1, 256u << 20}, cells);
   std::set<std::uint64_t> sizes{0};
   for (const hlod::TreeCell& cell : layer.tree().cells) {
     std::uint64_t bytes = 0;

@@ -5,24 +5,17 @@
 #include <fstream>
 #include <functional>
 
-#include "tests/property/viewer/crater.h"
+#include "tests/property/viewer/crater_fixture.h"
 #include "tests/support/picture.h"
-#include "tests/support/temporary_folder.h"
 
 namespace cornice::viewer {
 namespace {
 
 constexpr double kErrorPixels = 1.0;
 
-class ChangedFile : public testing::Test {
+class ChangedFile : public CraterFixture {
  protected:
-  static void SetUpTestSuite() {
-    made_ = new test::TemporaryFolder;
-    write_crater(*made_ / "crater.hlod");
-  }
-  static void TearDownTestSuite() { delete made_; }
-
-  void SetUp() override { std::filesystem::copy_file(*made_ / "crater.hlod", file()); }
+  void SetUp() override { std::filesystem::copy_file(crater_file(), file()); }
   std::filesystem::path file() const { return folder_ / "crater.hlod"; }
   /// The view from one place; whether all of it was to be had.
   struct Seen {
@@ -51,7 +44,6 @@ class ChangedFile : public testing::Test {
     }
   }
 
-  static inline test::TemporaryFolder* made_ = nullptr;
   test::TemporaryFolder folder_;
 };
 
@@ -62,7 +54,7 @@ TEST_F(ChangedFile, ThatIsDeletedOrReplacedByAnotherOfItsNameIsReadOn) {
   EXPECT_TRUE(after_deletion.is_whole);
   EXPECT_EQ(after_deletion.picture.pixels, whole.picture.pixels);
 
-  std::filesystem::copy_file(*made_ / "crater.hlod", file());
+  std::filesystem::copy_file(crater_file(), file());
   const Seen after_replacing = look_after([&] {
     test::write_text(folder_ / "other", "something else");
     std::filesystem::rename(folder_ / "other", file());

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Flights through a crater in front of magenta: whatever is loaded, no pixel of it is seen.
-#include <gtest/gtest.h>
-
-#include "tests/property/viewer/crater.h"
+#include "tests/property/viewer/crater_fixture.h"
 #include "tests/support/picture.h"
-#include "tests/support/temporary_folder.h"
 
 namespace cornice::viewer {
 namespace {
@@ -12,17 +9,7 @@ namespace {
 constexpr int kWidth = 160, kHeight = 120;
 constexpr double kErrorPixels = 1.5, kFrameSeconds = 1.0 / 30.0;
 
-class Holes : public testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    folder_ = new test::TemporaryFolder;
-    write_crater(*folder_ / "crater.hlod");
-  }
-  static void TearDownTestSuite() { delete folder_; }
-  static std::filesystem::path file() { return *folder_ / "crater.hlod"; }
-
-  static inline test::TemporaryFolder* folder_ = nullptr;
-};
+class Holes : public CraterFixture {};
 
 /// Levels of the cells that are drawn, as bits.
 std::uint32_t levels_of(Layer& layer) {
@@ -52,18 +39,19 @@ void fly_without_holes(CraterStudio& studio, int frames) {
 }
 
 TEST_F(Holes, AreNotSeenIn500FramesOverACliffAndBordersOfLevels) {
-  CraterStudio studio(file(), kWidth, kHeight, {});
+  CraterStudio studio(crater_file(), kWidth, kHeight, {});
   fly_without_holes(studio, 500);
 }
 
 TEST_F(Holes, AreNotSeenInAnOctree) {
-  write_crater(*folder_ / "octree.hlod", hlod::Partition::kOctree);
-  CraterStudio studio(*folder_ / "octree.hlod", kWidth, kHeight, {});
+  const test::TemporaryFolder folder;
+  write_crater(folder / "octree.hlod", hlod::Partition::kOctree);
+  CraterStudio studio(folder / "octree.hlod", kWidth, kHeight, {});
   fly_without_holes(studio, 120);
 }
 
 TEST_F(Holes, AreSeenWhereVerticesDoNotMorph) {
-  CraterStudio studio(file(), kWidth, kHeight, {});
+  CraterStudio studio(crater_file(), kWidth, kHeight, {});
   std::size_t holes = 0;
   for (int frame = 0; frame < 60; ++frame) {
     const Camera camera = crater_camera(frame / 60.0);
@@ -74,7 +62,7 @@ TEST_F(Holes, AreSeenWhereVerticesDoNotMorph) {
 }
 
 TEST_F(Holes, AreNotSeenWithRoomForATenthOfTheData) {
-  const hlod::File whole(file());
+  const hlod::File whole(crater_file());
   CraterStudio::Budgets tenth;
   tenth.gpu_bytes = 0;
   for (const hlod::Node& node : whole.nodes())
@@ -83,11 +71,12 @@ TEST_F(Holes, AreNotSeenWithRoomForATenthOfTheData) {
                        std::uint64_t{node.triangles} * 6;
   tenth.gpu_bytes /= 10;
   tenth.cache_bytes = tenth.gpu_bytes;
-  CraterStudio studio(file(), kWidth, kHeight, tenth);
+  CraterStudio studio(crater_file(), kWidth, kHeight, tenth);
   fly_without_holes(studio, 250);
   EXPECT_LE(studio.cells().allocated_bytes(), tenth.gpu_bytes);
   EXPECT_LE(studio.layer().counts().store.memory_bytes, tenth.cache_bytes);
-  EXPECT_GT(studio.layer().counts().store.cells_read, studio.layer().file().nodes().size() / 8)
+  EXPECT_GT(studio.layer().counts().store.cells_read,
+            studio.layer().file().nodes().size() / 8)
       << "little was read";
   // A view that would take far more is as fine as there is room for.
   const Camera near = crater_camera(0.1);
