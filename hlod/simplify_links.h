@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/mesh/topology.h"
-#include "hlod/simplify_lanes.h"
+#include "hlod/lanes.h"
 
 namespace cornice::hlod {
 
