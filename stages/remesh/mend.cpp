@@ -62,6 +62,8 @@ class Mending {
       return distance_sq(a) < distance_sq(b);
     });
     guard_.bound_by(limits_.guard.error_m);
+    // What keeps the bound at the places looked at has not helped so far.
+    if (limits_.insists && o.distance_m > limits_.guard.error_m && halve(sides, o)) return;
     // Round triangles where that is possible, any else.
     least_sine_ = kRoundSine;
     if (try_all(sides, o)) return;
@@ -93,20 +95,27 @@ class Mending {
     return false;
   }
 
-  /// Smaller triangles in the same place, so that more can be done next time.
-  void halve(const std::array<std::uint32_t, 3>& sides, const Offence& o) {
+  /// Smaller triangles in the same place, or on the input, so that more can be done next time.
+  bool halve(const std::array<std::uint32_t, 3>& sides, const Offence& o) {
     std::uint32_t longest = kNone;
     for (const std::uint32_t h : sides) {
       if (may_split(h) && (longest == kNone || mesh_.length(h) > mesh_.length(longest)))
         longest = h;
     }
-    if (longest == kNone || mesh_.length(longest) <= limits_.guard.spacing_m) return;
-    const Vec3f middle =
-        (mesh_.position(mesh_.start(longest)) + mesh_.position(mesh_.end(longest))) * 0.5f;
-    if (!patch_.may_cut_at(longest, middle)) return;
+    if (longest == kNone || mesh_.length(longest) <= limits_.guard.spacing_m) return false;
+    Vec3f at = (mesh_.position(mesh_.start(longest)) + mesh_.position(mesh_.end(longest))) * 0.5f;
+    std::uint32_t triangle = o.input_triangle;
+    if (limits_.insists) {
+      const NearestPoint below = input_.tree().nearest(at, {});
+      at = input_.tree().point(below);
+      triangle = below.triangle;
+    }
+    if (!patch_.may_cut_at(longest, at)) return false;
     begin(o);
-    put_split(longest, middle);
-    if (guard_.fits_anyway()) commit(patch_.cut(longest, middle, o.input_triangle));
+    put_split(longest, at);
+    if (!guard_.fits_anyway()) return false;
+    commit(patch_.cut(longest, at, triangle));
+    return true;
   }
 
   bool may_split(std::uint32_t h) const { return mesh_.twin(h) != kNone && !mesh_.frozen(h); }

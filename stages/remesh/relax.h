@@ -16,6 +16,8 @@ struct RelaxLimits {
   GuardLimits guard;
   /// Cosine between a triangle that mending makes and the input next to it, at least: no folds.
   float least_facing = 0.1f;
+  /// Mending halves what is beyond the bound, onto the input, before it tries anything else.
+  bool insists = false;
 };
 
 /// A patch with what its vertices want.

@@ -37,7 +37,8 @@ constexpr float kBearableShare = 0.97f;
 /// Rounds of flipping and smoothing in all passes but the last: sizes change after each.
 constexpr int kEarlyRounds = 1;
 constexpr int kMostRepairs = 24;
-constexpr int kMostIdle = 6;
+/// Rounds that bring nothing before more is allowed, and before no more are made.
+constexpr int kIdle = 2, kMostIdle = 6;
 /// Beginnings anew with more of the input kept as it is.
 constexpr int kMostAttempts = 2;
 /// Places on new triangles lie so many spacings of the input apart while the mesh changes, and in
@@ -260,11 +261,13 @@ class Remeshing {
       const std::size_t count = distances.offences.size();
       // Where a change has to stand by its neighbours it may take a round to come through.
       idle = count < before ? 0 : idle + 1;
-      if (count == 0 || round == kMostRepairs || idle == kMostIdle) {
-        std::erase_if(distances.offences, [&](const Offence& o) {
-          return o.distance_m <= kBearableShare * sizes_.error_m;
-        });
-        return distances.offences;
+      std::vector<Offence> unbearable = distances.offences;
+      std::erase_if(unbearable, [&](const Offence& o) {
+        return o.distance_m <= kBearableShare * sizes_.error_m;
+      });
+      if (round == kMostRepairs || idle == kMostIdle || (idle >= kIdle && unbearable.empty()) ||
+          count == 0) {
+        return unbearable;
       }
       before = std::min(count, before);
       ++figures_.repair_rounds;
@@ -281,11 +284,12 @@ class Remeshing {
 
   /// Where rounds bring nothing any more, more is allowed.
   RelaxLimits mend_limits(int round, int idle) const {
-    const bool stands_still = idle >= 2;
+    const bool stands_still = idle >= kIdle;
     RelaxLimits limits = relax_;
     limits.guard = {(stands_still ? kBearableShare : kMendShare) * sizes_.error_m,
                     (round < 2 ? 1.0f : kFineShare) * kFinalSpacing * spacing_, 0.0f, 0.0f, true};
     if (stands_still) limits.least_facing = -1.0f;
+    limits.insists = stands_still;
     return limits;
   }
 
