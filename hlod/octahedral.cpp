@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "hlod/octahedral.h"
 
-#include <cstring>
+#include <limits>
 
 #include "core/base/clones.h"
 #include "hlod/lanes.h"
@@ -53,8 +53,7 @@ void encode_octahedral(NormalLanes& lanes, int bits) {
   const auto scale = static_cast<float>(limit);
   const float step = 1.0f / scale;
   Float8 x, y, z, ax, ay, az, au, av;
-  std::memcpy(&x, &lanes.x, sizeof x), std::memcpy(&y, &lanes.y, sizeof y);
-  std::memcpy(&z, &lanes.z, sizeof z);
+  load_lanes(&lanes.x, x), load_lanes(&lanes.y, y), load_lanes(&lanes.z, z);
   set_absolute(x, ax), set_absolute(y, ay), set_absolute(z, az);
   const Float8 sum = ax + ay + az, one = Float8{} + 1.0f;
   const Float8 part = 1.0f / (sum > 0 ? sum : one);
@@ -70,7 +69,7 @@ void encode_octahedral(NormalLanes& lanes, int bits) {
   Best best{Float8{} - std::numeric_limits<float>::infinity(), left, low};
   compare(x, y, z, step, left, low, best), compare(x, y, z, step, right, low, best);
   compare(x, y, z, step, left, high, best), compare(x, y, z, step, right, high, best);
-  std::memcpy(&lanes.i, &best.i, sizeof best.i), std::memcpy(&lanes.j, &best.j, sizeof best.j);
+  store_lanes(&lanes.i, best.i), store_lanes(&lanes.j, best.j);
 }
 
 }  // namespace cornice::hlod

@@ -32,6 +32,9 @@ bool has(const Triangle& t, std::uint32_t v) {
   return (int{t[0] == v} | int{t[1] == v} | int{t[2] == v}) != 0;
 }
 
+/// Which corner of its triangle a vertex is.
+std::size_t corner_of(std::uint32_t v, const Triangle& t) { return (t[1] == v) + 2u * (t[2] == v); }
+
 void put(std::array<Lanes, 3>& lanes, std::size_t lane, Vec3f v) {
   lanes[0][lane] = v.x, lanes[1][lane] = v.y, lanes[2][lane] = v.z;
 }
@@ -86,7 +89,7 @@ void StepError::gather(std::uint32_t vertex, Fan& fan) const {
   for (std::size_t i = 0; i < fan.triangles.size(); ++i) {
     const std::uint32_t triangle = triangles[i < triangles.size() ? i : 0];
     const Triangle& t = mesh_->triangles[triangle];
-    const std::size_t corner = (t[1] == vertex) + 2u * (t[2] == vertex);
+    const std::size_t corner = corner_of(vertex, t);
     const std::size_t next = kNext[corner];
     FanLanes& lanes = fan.lanes[i / kDistanceLanes];
     put(lanes.next, i % kDistanceLanes, positions[t[next]] - at);
@@ -266,7 +269,7 @@ void StepError::pass(std::uint32_t a, std::uint32_t b, Crossings& crossings) con
   if (q != kNone) return crossings.over(a, b, p, q);
   for (const std::uint32_t t : simplifier_->fans().of(p)) {
     const Triangle& triangle = triangles[t];
-    const std::size_t corner = (triangle[1] == p) + 2u * (triangle[2] == p);
+    const std::size_t corner = corner_of(p, triangle);
     const std::uint32_t next = triangle[kNext[corner]], prev = triangle[kNext[kNext[corner]]];
     if (has(from, next) && has(to, prev)) return crossings.over(a, b, p, next, prev);
     if (has(from, prev) && has(to, next)) return crossings.over(a, b, p, prev, next);
@@ -284,7 +287,7 @@ void StepError::pass_from_vertex(std::uint32_t a, std::uint32_t b, Crossings& cr
       if (has(triangle, b)) return;
       continue;
     }
-    const std::size_t corner = (triangle[1] == a) + 2u * (triangle[2] == a);
+    const std::size_t corner = corner_of(a, triangle);
     const std::uint32_t next = triangle[kNext[corner]], prev = triangle[kNext[kNext[corner]]];
     if (has(triangles[to], next) && has(triangles[to], prev)) {
       return crossings.over(a, b, next, prev);

@@ -2,8 +2,6 @@
 // What the colours of a picture mean, drawn over it (Dear ImGui).
 #pragma once
 
-#include <optional>
-
 #include "terrain-viewer/scene/camera.h"
 #include "terrain-viewer/scene/ramp.h"
 #include "terrain-viewer/scene/style.h"

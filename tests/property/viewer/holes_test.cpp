@@ -75,8 +75,7 @@ TEST_F(Holes, AreNotSeenWithRoomForATenthOfTheData) {
   fly_without_holes(studio, 250);
   EXPECT_LE(studio.cells().allocated_bytes(), tenth.gpu_bytes);
   EXPECT_LE(studio.layer().counts().store.memory_bytes, tenth.cache_bytes);
-  EXPECT_GT(studio.layer().counts().store.cells_read,
-            studio.layer().file().nodes().size() / 8)
+  EXPECT_GT(studio.layer().counts().store.cells_read, studio.layer().file().nodes().size() / 8)
       << "little was read";
   // A view that would take far more is as fine as there is room for.
   const Camera near = crater_camera(0.1);
