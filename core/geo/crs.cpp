@@ -279,7 +279,7 @@ std::vector<unsigned char> repaired_keys(const std::vector<unsigned char>& keys)
   for (const auto& [key, at] : places) {
     for (std::size_t i = 0; i < 8; ++i) repaired.push_back(keys[at + i]);
     if (key != kVerticalTypeKey || get16(&keys[at + 2]) != 0) continue;
-    repaired.resize(repaired.size() - 2);
+    repaired.erase(repaired.end() - 2, repaired.end());
     put16(repaired, vertical_system(get16(&keys[at + 6]), short_key(keys, kVerticalUnitsKey)));
   }
   return repaired;
