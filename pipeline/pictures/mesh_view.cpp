@@ -80,8 +80,8 @@ void fill(Canvas& canvas, const std::array<Corner, 3>& corners, MeshColour colou
   }
 }
 
-void draw(Canvas& canvas, const Mesh& mesh, Vec3f shift, const Axes& axes, const Box3d& box,
-          double px_per_m, MeshColour colour) {
+void draw(Canvas& canvas, const Mesh& mesh, Vec3f shift, const Axes& axes, const Frame& frame,
+          MeshColour colour) {
   const FloatProperty* support = find_support(mesh);
   for (const auto& triangle : mesh.triangles) {
     std::array<Corner, 3> corners;
@@ -89,9 +89,7 @@ void draw(Canvas& canvas, const Mesh& mesh, Vec3f shift, const Axes& axes, const
                              mesh.positions[triangle[2]] - mesh.positions[triangle[0]]);
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t v = triangle[k];
-      const Vec3d p = seen(axes, mesh.positions[v] + shift);
-      corners[k].at = {kMarginPx + (p.x - box.min.x) * px_per_m,
-                       kMarginPx + (box.max.y - p.y) * px_per_m, (p.z - box.min.z) * px_per_m};
+      corners[k].at = frame.place(seen(axes, mesh.positions[v] + shift));
       corners[k].normal = mesh.normals.empty() ? face : mesh.normals[v];
       corners[k].support = support == nullptr ? 0.0f : support->values[v];
     }
@@ -119,19 +117,16 @@ Picture mesh_picture(const std::vector<Mesh>& meshes, const View& view, MeshColo
       for (const std::uint32_t v : triangle) box.add(seen(axes, mesh.positions[v] + shift));
   }
   if (box.empty()) throw UsageError("FILE", "no triangles to draw");
-  const double width_m = std::max(box.max.x - box.min.x, 1e-3);
-  const double px_per_m = (kFiner * view.width_px - 2.0 * kMarginPx) / width_m;
+  const Frame frame = frame_of(view, box);
   Canvas canvas;
-  canvas.width = kFiner * view.width_px;
-  canvas.height = static_cast<int>(std::ceil((box.max.y - box.min.y) * px_per_m)) + 2 * kMarginPx;
-  canvas.height += canvas.height % kFiner;
-  const auto pixels = static_cast<std::size_t>(canvas.width) * canvas.height;
-  canvas.depth.assign(pixels, std::numeric_limits<float>::infinity());
+  canvas.width = frame.width;
+  canvas.height = frame.height;
+  canvas.depth.assign(frame.pixels(), std::numeric_limits<float>::infinity());
   canvas.picture = {canvas.width, canvas.height, {}};
-  canvas.picture.pixels.assign(pixels, Rgb{255, 255, 255});
+  canvas.picture.pixels.assign(frame.pixels(), Rgb{255, 255, 255});
   for (const Mesh& mesh : meshes) {
     const Vec3f shift = (mesh.origin - meshes.front().origin).cast<float>();
-    draw(canvas, mesh, shift, axes, box, px_per_m, colour);
+    draw(canvas, mesh, shift, axes, frame, colour);
   }
   return reduced(canvas.picture);
 }

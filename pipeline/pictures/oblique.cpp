@@ -12,7 +12,6 @@ namespace cornice::pictures {
 namespace {
 
 constexpr float kNothing = std::numeric_limits<float>::infinity();
-constexpr int kMarginPx = 8;
 /// Of depth between neighbouring pixels, above which they show two surfaces.
 constexpr float kStepPx = 12.0f;
 constexpr int kHolePasses = 4;
@@ -34,27 +33,22 @@ Buffer splat(const ColouredPoints& points, const View& view) {
   const Axes axes = axes_of(view);
   Box3d box;
   for (const Vec3f& p : points.positions) box.add(seen(axes, p));
-  const double width_m = std::max(box.max.x - box.min.x, 1e-3);
-  const double height_m = std::max(box.max.y - box.min.y, 1e-3);
-  const double px_per_m = (kFiner * view.width_px - 2.0 * kMarginPx) / width_m;
+  const Frame frame = frame_of(view, box);
 
   Buffer buffer;
-  buffer.width = kFiner * view.width_px;
-  buffer.height = static_cast<int>(std::ceil(height_m * px_per_m)) + 2 * kMarginPx;
-  buffer.height += buffer.height % kFiner;
-  const auto pixels = static_cast<std::size_t>(buffer.width) * buffer.height;
-  buffer.depth.assign(pixels, kNothing);
-  buffer.colour.assign(pixels, Rgb{});
+  buffer.width = frame.width;
+  buffer.height = frame.height;
+  buffer.depth.assign(frame.pixels(), kNothing);
+  buffer.colour.assign(frame.pixels(), Rgb{});
 
   // Points spread evenly would lie this far apart; a splat reaches a little beyond its neighbour.
-  const double spacing_px =
-      px_per_m * std::sqrt(width_m * height_m / static_cast<double>(points.positions.size()));
+  const double area_px = (frame.width - 2.0 * frame.left_px) * (frame.height - 2.0 * kMarginPx);
+  const double spacing_px = std::sqrt(area_px / static_cast<double>(points.positions.size()));
   const int radius = static_cast<int>(std::lround(0.7 * spacing_px));
   for (std::size_t i = 0; i < points.positions.size(); ++i) {
-    const Vec3d p = seen(axes, points.positions[i]);
-    const int cx = kMarginPx + static_cast<int>((p.x - box.min.x) * px_per_m);
-    const int cy = kMarginPx + static_cast<int>((box.max.y - p.y) * px_per_m);
-    const float depth = static_cast<float>((p.z - box.min.z) * px_per_m);
+    const Vec3d p = frame.place(seen(axes, points.positions[i]));
+    const int cx = static_cast<int>(p.x), cy = static_cast<int>(p.y);
+    const auto depth = static_cast<float>(p.z);
     for (int y = std::max(cy - radius, 0); y <= std::min(cy + radius, buffer.height - 1); ++y) {
       for (int x = std::max(cx - radius, 0); x <= std::min(cx + radius, buffer.width - 1); ++x) {
         const std::size_t at = buffer.index(x, y);

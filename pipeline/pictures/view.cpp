@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "pipeline/pictures/view.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -17,6 +18,21 @@ Axes axes_of(const View& view) {
 Vec3d seen(const Axes& axes, Vec3f position) {
   const Vec3d q = position.cast<double>();
   return {dot(axes.right, q), dot(axes.up, q), dot(axes.forward, q)};
+}
+
+Frame frame_of(const View& view, const Box3d& box) {
+  const double width_m = std::max(box.max.x - box.min.x, 1e-3);
+  const double height_m = std::max(box.max.y - box.min.y, 1e-3);
+  Frame frame;
+  frame.box = box;
+  frame.width = kFiner * view.width_px;
+  const double inner = frame.width - 2.0 * kMarginPx;
+  const double most_height = kMostHeight * frame.width - 2.0 * kMarginPx;
+  frame.px_per_m = std::min(inner / width_m, most_height / height_m);
+  frame.left_px = kMarginPx + 0.5 * (inner - width_m * frame.px_per_m);
+  frame.height = static_cast<int>(std::ceil(height_m * frame.px_per_m)) + 2 * kMarginPx;
+  frame.height += frame.height % kFiner;
+  return frame;
 }
 
 Picture reduced(const Picture& fine) {

@@ -3,8 +3,10 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <optional>
 
 #include "stages/flightlines/robust.h"
@@ -356,11 +358,46 @@ bool accept_path(const PathEstimate& path, const AcceptOptions& accept, LineEsti
                      [](const AcceptCheck& c) { return c.passed; });
 }
 
+/// A number as people write it: 1140, 17.3, 0.6.
+std::string plain(double value) {
+  return std::abs(value) >= 100.0 ? format("%.0f", value) : format("%.3g", value);
+}
+
+/// A check that failed, for whoever reads the warning.
+std::string failure_text(const AcceptCheck& c) {
+  struct Words {
+    const char* name;
+    const char* before;
+    const char* unit;
+  };
+  static constexpr Words kWords[] = {
+      {"height_m", "height above ground ", " m"},
+      {"speed_ms", "speed ", " m/s"},
+      {"position_error_m", "place uncertain by ", " m"},
+      {"height_error_m", "height uncertain by ", " m"},
+      {"angle_residual_deg", "recorded angles off it by ", " degrees"},
+      {"angle_offset_deg", "recorded angles shifted by ", " degrees"},
+      {"pair_residual", "returns of one pulse off it by ", " times what their coordinates allow"}};
+  const auto* const words = std::find_if(std::begin(kWords), std::end(kWords),
+                                         [&](const Words& w) { return c.name == w.name; });
+  assert(words != std::end(kWords) && "every check has its words");
+  return words->before + plain(c.value) + words->unit + ", allowed " +
+         (c.low == 0.0 ? "up to " : plain(c.low) + " to ") + plain(c.high);
+}
+
 std::string failed_checks(const LineEstimate& estimate) {
-  std::string text = "its path failed the accept test:";
-  for (const AcceptCheck& c : estimate.checks)
-    if (!c.passed)
-      text += " " + c.name + format(" %.3g", c.value) + format(" not in %.3g..%.3g", c.low, c.high);
+  std::string text = "the path found is not good enough: ";
+  const char* between = "";
+  for (const AcceptCheck& c : estimate.checks) {
+    if (c.passed) continue;
+    text += between + failure_text(c);
+    between = "; ";
+  }
+  const FlightLine& line = estimate.line;
+  constexpr double kShortS = 5.0;
+  const double lasts = line.last_time_s - line.first_time_s;
+  if (lasts < kShortS)
+    text += format("; the line lasts %.1f s here, more tiles along it would tell more", lasts);
   return text;
 }
 

@@ -175,8 +175,11 @@ std::vector<std::string> step_downs(const SurveyLines& survey) {
   std::vector<std::string> text;
   for (const LineEstimate& e : survey.lines) {
     if (e.line.beam_source != BeamSource::kTrajectory)
-      text.push_back(format("line %u (id %u): beams from %s: %s", e.line.id,
-                            unsigned{e.line.point_source_id}, beam_source_name(e.line.beam_source),
+      text.push_back(format("line %u (id %u): beams are taken %s, not from the sensor's path: %s",
+                            e.line.id, unsigned{e.line.point_source_id},
+                            e.line.beam_source == BeamSource::kAngles
+                                ? "from the recorded scan angles"
+                                : "as vertical",
                             e.line.beam_reason.c_str()));
     else if (e.line.scan_angle_sign == 0)
       text.push_back(

@@ -225,7 +225,10 @@ TEST(LineEstimate, RejectsAPathThatNoAircraftFlies) {
   flight.relief_m = 5.0;
   const LineEstimate e = lines_of({fly(flight)}).lines.at(0);
   EXPECT_NE(e.line.beam_source, BeamSource::kTrajectory);
-  EXPECT_NE(e.line.beam_reason.find("height_m"), std::string::npos);
+  EXPECT_NE(e.line.beam_reason.find("height above ground "), std::string::npos)
+      << e.line.beam_reason;
+  EXPECT_NE(e.line.beam_reason.find(" m, allowed 80 to 6000"), std::string::npos)
+      << e.line.beam_reason;
   EXPECT_TRUE(std::any_of(e.checks.begin(), e.checks.end(),
                           [](const AcceptCheck& c) { return !c.passed; }));
 }

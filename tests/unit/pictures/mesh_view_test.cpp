@@ -67,6 +67,27 @@ TEST(MeshView, PlacesTilesByTheirOrigins) {
   EXPECT_NEAR(picture.height, picture.width / 2, 6);
 }
 
+TEST(MeshView, ShowsALongStripFromSouthToNorthWithinABoundedHeight) {
+  std::vector<Mesh> strip;
+  for (int i = 0; i < 30; ++i) {
+    strip.push_back(square(0, 0));
+    strip.back().origin = {2600000.0, 1200000.0 + 10.0 * i, 0.0};
+  }
+  const Picture picture = mesh_picture(strip, kPlan, MeshColour::kRelief);
+  EXPECT_EQ(picture.width, 100);
+  EXPECT_NEAR(picture.height, kMostHeight * picture.width, 2);
+  // All of it, in the middle: a thirtieth as wide as high.
+  const auto is_drawn = [&](int x, int y) {
+    return picture.pixels.at(static_cast<std::size_t>(y) * picture.width + x) !=
+           std::array<std::uint8_t, 3>{255, 255, 255};
+  };
+  for (const int y : {8, 75, 141}) {
+    EXPECT_TRUE(is_drawn(50, y)) << y;
+    EXPECT_FALSE(is_drawn(40, y)) << y;
+    EXPECT_FALSE(is_drawn(60, y)) << y;
+  }
+}
+
 TEST(MeshView, RefusesMeshesWithoutTriangles) {
   EXPECT_THROW(mesh_picture({Mesh{}}, kPlan, MeshColour::kRelief), UsageError);
 }
