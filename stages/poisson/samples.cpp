@@ -18,6 +18,7 @@ namespace {
 
 constexpr std::size_t kPointsAtATime = std::size_t{1} << 16;
 constexpr std::size_t kBricksAtATime = 64;
+constexpr std::size_t kPointsAhead = 16;  ///< asked for early: a brick's points lie far apart
 constexpr double kFarthest = 0x1p30;  ///< steps; node numbers are 32 bits, with room for borders
 
 using Cell = Vec3<std::int64_t>;
@@ -177,6 +178,12 @@ float quality_of(const OrientedPoints& points, std::size_t i) {
   return points.quality.empty() ? 1.0f : points.quality[i];
 }
 
+void prefetch(const OrientedPoints& points, std::size_t i) {
+  __builtin_prefetch(&points.positions[i]);
+  __builtin_prefetch(&points.normals[i]);
+  if (!points.quality.empty()) __builtin_prefetch(&points.quality[i]);
+}
+
 /// Brick code and index of every point that counts, sorted by brick.
 std::vector<std::uint64_t> sorted_points(const OrientedPoints& points, const Box3d& domain,
                                          const Placing& place, const BrickCodes& codes, int threads,
@@ -244,6 +251,7 @@ SampleLevel gather_samples(const OrientedPoints& points, const Box3d& domain, do
   const std::uint64_t index_mask = (std::uint64_t{1} << codes.index_bits()) - 1;
   fill_bricks(level, kFinestLimits, threads, [&](std::size_t b, CellSums& sums) {
     for (std::size_t w = begins[b]; w < begins[b + 1]; ++w) {
+      if (w + kPointsAhead < words.size()) prefetch(points, words[w + kPointsAhead] & index_mask);
       const std::size_t i = words[w] & index_mask;
       const Place at = place(points.positions[i]);
       const double quality = quality_of(points, i);
