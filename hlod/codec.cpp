@@ -15,12 +15,12 @@ namespace cornice::hlod {
 namespace {
 
 constexpr std::uint32_t kBlockVersion = 1;
-constexpr std::uint32_t kNoParent = 0xffffffffu;
+constexpr std::uint16_t kNoParent = 0xffff;
 /// |coordinate| of a point, steps of its level.
 constexpr std::int32_t kPositionLimit = 1 << 30;
 
-/// How a vertex names its parent. "Settles": the parent lies at this vertex's coarsened position,
-/// and is the first of its children to do so.
+/// How a vertex names its parent. "Settles": the parent lies at this vertex's
+/// coarsened position, and is the first of its children to do so.
 enum ParentCode : std::uint8_t {
   kFresh = 0,           ///< the next new parent, settled by this vertex
   kSameAs = 1,          ///< 1, 2, 3: the parent of reference a, b, o
@@ -39,10 +39,12 @@ bool in_limits(LatticePoint p, std::int32_t limit) {
 
 template <class Code>
 std::vector<std::uint8_t> paired(const std::vector<Code>& codes) {
-  std::vector<std::uint8_t> bytes((codes.size() + 1) / 2, 0);
-  for (std::size_t i = 0; i < codes.size(); ++i) {
-    bytes[i / 2] |= static_cast<std::uint8_t>(static_cast<unsigned>(codes[i]) << (i % 2 * 4));
+  std::vector<std::uint8_t> bytes((codes.size() + 1) / 2);
+  const auto bits = [&](std::size_t i) { return static_cast<unsigned>(codes[i]); };
+  for (std::size_t i = 0; i < codes.size() / 2; ++i) {
+    bytes[i] = static_cast<std::uint8_t>(bits(2 * i) | bits(2 * i + 1) << 4);
   }
+  if (codes.size() % 2 == 1) bytes.back() = static_cast<std::uint8_t>(bits(codes.size() - 1));
   return bytes;
 }
 
@@ -58,7 +60,7 @@ std::vector<Code> read_paired(BlockReader& block, std::size_t count) {
 }
 
 void write_far(BlockWriter& block, const std::vector<std::uint16_t>& far) {
-  write_codes(block, std::vector<std::uint32_t>(far.begin(), far.end()), 16);
+  write_codes(block, far, 16);
 }
 
 std::vector<std::uint16_t> read_far(BlockReader& block, std::size_t count) {
@@ -72,19 +74,31 @@ std::vector<std::uint16_t> read_far(BlockReader& block, std::size_t count) {
 
 // ---- Positions.
 
-/// Calls code(v, coordinate, guess) for every coordinate of every vertex but the first in the order
-/// in which they become known; code() stores or fills in the coordinate.
+/// Calls code(list, v, coordinate, guess) for the coordinates of a vertex in
+/// the order in which they become known, the one along axis() last.
+template <std::size_t kAxis, class Code>
+void code_vertex(const PositionGuess& guess, std::size_t v, Triple& position, const Code& code) {
+  constexpr std::size_t s = (kAxis + 1) % 3, t = (kAxis + 2) % 3;
+  code(0, v, position[s], guess.flat(s));
+  code(1, v, position[t], guess.flat(t));
+  code(2, v, position[kAxis], guess.last<kAxis>(position));
+}
+
+/// The same for every vertex but the first; code() stores or fills in the
+/// coordinate.
 template <class Code>
 void for_each_coordinate(std::vector<Triple>& positions, std::span<const SmallTriangle> references,
                          const Code& code) {
   for (std::size_t v = 1; v < positions.size(); ++v) {
     const SmallTriangle& r = references[v];
     const PositionGuess guess(positions[r[0]], positions[r[1]], positions[r[2]]);
-    const std::size_t axis = guess.axis();
-    const std::size_t s = axis == 2 ? 0 : axis + 1, t = s == 2 ? 0 : s + 1;
-    code(0, v, positions[v][s], guess.flat(s));
-    code(1, v, positions[v][t], guess.flat(t));
-    code(2, v, positions[v][axis], guess.last(positions[v]));
+    if (guess.axis() == 2) {
+      code_vertex<2>(guess, v, positions[v], code);
+    } else if (guess.axis() == 1) {
+      code_vertex<1>(guess, v, positions[v], code);
+    } else {
+      code_vertex<0>(guess, v, positions[v], code);
+    }
   }
 }
 
@@ -132,8 +146,8 @@ std::vector<PackedNormal> guessed_normals(std::span<const CellVertex> vertices,
   return guesses;
 }
 
-// ---- Parents. `like` of a parent is the child whose attributes it most likely has: the one that
-// settles it, else its first.
+// ---- Parents. `like` of a parent is the child whose attributes it most likely
+// has: the one that settles it, else its first.
 
 std::vector<PackedNormal> normals_of(std::span<const CellVertex> vertices,
                                      std::span<const std::uint16_t> which) {
@@ -143,7 +157,8 @@ std::vector<PackedNormal> normals_of(std::span<const CellVertex> vertices,
   return normals;
 }
 
-/// Parents in order of their first child, as a walk over the vertices finds them.
+/// Parents in order of their first child, as a walk over the vertices finds
+/// them.
 struct ParentPlan {
   std::vector<std::uint8_t> codes;  ///< one per vertex
   std::vector<std::uint16_t> far;
@@ -152,46 +167,53 @@ struct ParentPlan {
   std::vector<std::uint8_t> is_settled;
 };
 
-ParentPlan plan_parents(const CellMesh& mesh, const WalkResult& walk) {
+/// Nothing of a vertex can be foretold from the one before it: no branches.
+ParentPlan plan_parents(const CellMesh& mesh, std::span<const CellVertex> vertices,
+                        const WalkResult& walk) {
+  const std::size_t vertex_count = vertices.size(), parent_count = mesh.parents.size();
   ParentPlan plan;
-  const std::size_t vertex_count = mesh.vertices.size();
   plan.codes.resize(vertex_count);
-  std::vector<std::uint32_t> number(mesh.parents.size(), kNoParent);
-  std::vector<std::uint32_t> parent(vertex_count);
+  plan.far.resize(vertex_count + 1);
+  // One more for what is not kept.
+  plan.order.resize(parent_count + 1);
+  plan.like.resize(parent_count + 1);
+  plan.is_settled.resize(parent_count + 1, 0);
+  std::vector<std::uint16_t> number(parent_count, kNoParent), parent(vertex_count);
+  std::uint32_t known = 0;
+  std::size_t far = 0;
   for (std::size_t v = 0; v < vertex_count; ++v) {
     const std::uint16_t old = mesh.parent_of[walk.order[v]];
-    const bool fits =
-        mesh.parents[old].position == coarsened(mesh.vertices[walk.order[v]].position);
+    const bool fits = mesh.parents[old].position == coarsened(vertices[v].position);
     const bool is_new = number[old] == kNoParent;
-    if (is_new) {
-      number[old] = static_cast<std::uint32_t>(plan.order.size());
-      plan.order.push_back(old);
-      plan.like.push_back(static_cast<std::uint16_t>(v));
-      plan.is_settled.push_back(0);
-    }
-    const std::uint32_t id = parent[v] = number[old];
-    const bool settles = fits && plan.is_settled[id] == 0;
-    if (settles) plan.is_settled[id] = 1, plan.like[id] = static_cast<std::uint16_t>(v);
-    if (is_new) {
-      plan.codes[v] = settles ? kFresh : kFreshElsewhere;
-      continue;
-    }
-    const SmallTriangle& r = walk.walked.references[v];
-    std::size_t which = 0;
-    while (which < 3 && parent[r[which]] != id) ++which;
-    if (which < 3) {
-      plan.codes[v] = static_cast<std::uint8_t>((settles ? kSameAsSettled : kSameAs) + which);
-    } else {
-      plan.codes[v] = settles ? kFarParentSettled : kFarParent;
-      plan.far.push_back(static_cast<std::uint16_t>(plan.order.size() - 1 - id));
-    }
+    const auto id = static_cast<std::uint16_t>(is_new ? known : number[old]);
+    number[old] = id;
+    plan.order[known] = old;
+    plan.like[known] = static_cast<std::uint16_t>(v);
+    known += is_new;
+    const bool settles = fits & (plan.is_settled[id] == 0);
+    plan.is_settled[id] = static_cast<std::uint8_t>(plan.is_settled[id] | settles);
+    plan.like[id] = settles ? static_cast<std::uint16_t>(v) : plan.like[id];
+    const SmallTriangle& r = walk.references[v];
+    // The vertex before the first is itself, and a new parent is nobody's yet.
+    const bool a = parent[r[0]] == id, b = parent[r[1]] == id, c = parent[r[2]] == id;
+    const unsigned which = a ? 0u : b ? 1u : 2u;
+    const bool is_far = !(is_new | a | b | c);
+    parent[v] = id;
+    const unsigned same = (settles ? kSameAsSettled : kSameAs) + which;
+    const unsigned fresh = settles ? kFresh : kFreshElsewhere;
+    const unsigned named = settles ? kFarParentSettled : kFarParent;
+    plan.codes[v] = static_cast<std::uint8_t>(is_new ? fresh : is_far ? named : same);
+    plan.far[far] = static_cast<std::uint16_t>(known - 1 - id);
+    far += is_far;
   }
+  plan.far.resize(far);
+  plan.order.resize(known), plan.like.resize(known), plan.is_settled.resize(known);
   return plan;
 }
 
 void write_parents(BlockWriter& block, const CellMesh& mesh, std::span<const CellVertex> vertices,
                    const WalkResult& walk, const Header& header) {
-  const ParentPlan plan = plan_parents(mesh, walk);
+  const ParentPlan plan = plan_parents(mesh, vertices, walk);
   assert(plan.order.size() == mesh.parents.size() && "every parent has a child in the cell");
   block.number(static_cast<std::uint32_t>(plan.far.size()));
   block.stream(paired(plan.codes));
@@ -212,7 +234,8 @@ void write_parents(BlockWriter& block, const CellMesh& mesh, std::span<const Cel
   write_channels_near(block, parents, vertices, plan.like, header.attributes);
 }
 
-/// Reads the codes and gives every vertex its parent's number; false where they make no sense.
+/// Reads the codes and gives every vertex its parent's number; false where they
+/// make no sense.
 class ParentReader {
  public:
   ParentReader(CellMesh& mesh, std::span<const SmallTriangle> references, std::size_t parent_count)
@@ -366,11 +389,15 @@ std::vector<std::byte> encode_cell(const CellMesh& mesh, const Header& header) {
   block.number(static_cast<std::uint32_t>(walk.walk.far.size()));
   block.stream(paired(walk.walk.steps));
   write_far(block, walk.walk.far);
-  write_positions(block, vertices, walk.walked.references);
-  write_normals(block, vertices,
-                guessed_normals(vertices, walk.walked.triangles, header.normal_bits),
-                header.normal_bits);
-  write_channels(block, vertices, walk.walked.references, header.attributes);
+  write_positions(block, vertices, walk.references);
+  // Sums of whole numbers are the same in any order: that in which the
+  // triangles came will do.
+  const std::vector<PackedNormal> guesses =
+      guessed_normals(mesh.vertices, mesh.triangles, header.normal_bits);
+  std::vector<PackedNormal> ordered(vertices.size());
+  for (std::size_t v = 0; v < vertices.size(); ++v) ordered[v] = guesses[walk.order[v]];
+  write_normals(block, vertices, ordered, header.normal_bits);
+  write_channels(block, vertices, walk.references, header.attributes);
   if (mesh.key.level > 0) write_parents(block, mesh, vertices, walk, header);
   return block.take();
 }

@@ -10,21 +10,33 @@
 namespace cornice::hlod {
 namespace {
 
-/// How a stream is stored: the low two bits of the number before it; the others are its length.
+/// How a stream is stored: the low two bits of the number before it; the others
+/// are its length.
 enum StreamKind : std::uint32_t { kZeros = 0, kPlain = 1, kZstd = 2 };
 
-/// Residuals have few repeats; levels that look harder for them find none and cost their time.
-constexpr int kLevel = 1;
+/// Residuals have few repeats: levels that look harder for them find none and
+/// cost their time, and short matches cost more than the bytes they stand for.
+constexpr int kLevel = 1, kLeastMatch = 7, kHashBits = 10;
 
 struct FreeContext {
   void operator()(ZSTD_CCtx* context) const { ZSTD_freeCCtx(context); }
   void operator()(ZSTD_DCtx* context) const { ZSTD_freeDCtx(context); }
 };
 
-// Contexts take long to make beside streams of a few kilobytes, and carry nothing over.
+ZSTD_CCtx* make_compressor() {
+  ZSTD_CCtx* const context = ZSTD_createCCtx();
+  if (context == nullptr) throw std::bad_alloc();
+  // Values that every zstd takes.
+  ZSTD_CCtx_setParameter(context, ZSTD_c_compressionLevel, kLevel);
+  ZSTD_CCtx_setParameter(context, ZSTD_c_minMatch, kLeastMatch);
+  ZSTD_CCtx_setParameter(context, ZSTD_c_hashLog, kHashBits);
+  return context;
+}
+
+// Contexts take long to make beside streams of a few kilobytes, and carry
+// nothing over.
 ZSTD_CCtx* compressor() {
-  thread_local const std::unique_ptr<ZSTD_CCtx, FreeContext> context(ZSTD_createCCtx());
-  if (!context) throw std::bad_alloc();
+  thread_local const std::unique_ptr<ZSTD_CCtx, FreeContext> context(make_compressor());
   return context.get();
 }
 ZSTD_DCtx* decompressor() {
@@ -34,6 +46,8 @@ ZSTD_DCtx* decompressor() {
 }
 
 }  // namespace
+
+void BlockWriter::zeros() { number(kZeros); }
 
 void BlockWriter::number(std::uint32_t value) {
   for (; value >= 128; value >>= 7) block_.push_back(static_cast<std::byte>(value | 128));
@@ -46,12 +60,14 @@ void BlockWriter::signed_number(std::int32_t value) {
 
 void BlockWriter::stream(std::span<const std::uint8_t> bytes) {
   if (std::all_of(bytes.begin(), bytes.end(), [](std::uint8_t b) { return b == 0; })) {
-    number(kZeros);
+    zeros();
     return;
   }
-  std::vector<std::uint8_t> packed(ZSTD_compressBound(bytes.size()));
-  const std::size_t size = ZSTD_compressCCtx(compressor(), packed.data(), packed.size(),
-                                             bytes.data(), bytes.size(), kLevel);
+  // Kept, for it would be filled with zeros for every stream.
+  thread_local std::vector<std::uint8_t> packed;
+  packed.resize(std::max(packed.size(), ZSTD_compressBound(bytes.size())));
+  const std::size_t size =
+      ZSTD_compress2(compressor(), packed.data(), packed.size(), bytes.data(), bytes.size());
   const bool pays = !ZSTD_isError(size) && size < bytes.size();
   const std::span<const std::uint8_t> stored =
       pays ? std::span<const std::uint8_t>(packed.data(), size) : bytes;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A block's bytes: small numbers, and streams of bytes that are each compressed on their own.
+// A block's bytes: small numbers, and streams of bytes that are each compressed
+// on their own.
 #pragma once
 
 #include <cstddef>
@@ -14,17 +15,19 @@ class BlockWriter {
  public:
   void number(std::uint32_t value);  ///< 7 bits a byte, lowest first
   void signed_number(std::int32_t value);
-  /// Bytes whose count the reader knows: left out where all are 0, as they are, or by zstd,
-  /// whichever is least.
+  /// Bytes whose count the reader knows: left out where all are 0, as they are,
+  /// or by zstd, whichever is least.
   void stream(std::span<const std::uint8_t> bytes);
+  /// A stream of any number of zeros.
+  void zeros();
   std::vector<std::byte> take() { return std::move(block_); }
 
  private:
   std::vector<std::byte> block_;
 };
 
-/// Reads a block. Trusts nothing: once something is wrong ok() is false, numbers are 0 and streams
-/// are zeros.
+/// Reads a block. Trusts nothing: once something is wrong ok() is false,
+/// numbers are 0 and streams are zeros.
 class BlockReader {
  public:
   explicit BlockReader(std::span<const std::byte> block) : rest_(block) {}
@@ -42,7 +45,8 @@ class BlockReader {
   bool ok_ = true;
 };
 
-/// Small numbers of either sign near 0: 0, -1, 1, -2, ... become 0, 1, 2, 3, ...
+/// Small numbers of either sign near 0: 0, -1, 1, -2, ... become 0, 1, 2, 3,
+/// ...
 constexpr std::uint32_t zigzag(std::uint32_t difference) {
   return (difference << 1) ^ (0u - (difference >> 31));
 }

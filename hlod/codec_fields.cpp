@@ -68,27 +68,30 @@ std::uint32_t guess_of(const Channel& channel, std::span<const CellVertex> verti
   return (a + b - channel.get(vertices[r[2]])) & low_bits(channel.bits);
 }
 
-}  // namespace
-
-std::uint32_t difference_code(std::uint32_t value, std::uint32_t guess, int bits) {
-  // Carried to the top of 32 bits and back, so that the sign is that of `bits` bits.
-  const int shift = 32 - bits;
-  const auto difference = static_cast<std::int32_t>((value - guess) << shift) >> shift;
-  return zigzag(static_cast<std::uint32_t>(difference)) & low_bits(bits);
-}
-
-std::uint32_t from_difference(std::uint32_t code, std::uint32_t guess, int bits) {
-  return (guess + unzigzag(code)) & low_bits(bits);
-}
-
-void write_codes(BlockWriter& block, std::span<const std::uint32_t> codes, int bits) {
+template <class T>
+void write_planes(BlockWriter& block, std::span<const T> codes, int bits) {
+  T used = 0;
+  for (const T code : codes) used |= code;
   std::vector<std::uint8_t> plane(codes.size());
   for (int shift = 0; shift < bits; shift += 8) {
+    if ((used >> shift & 255u) == 0) {
+      block.zeros();
+      continue;
+    }
     for (std::size_t i = 0; i < codes.size(); ++i) {
       plane[i] = static_cast<std::uint8_t>(codes[i] >> shift);
     }
     block.stream(plane);
   }
+}
+
+}  // namespace
+
+void write_codes(BlockWriter& block, std::span<const std::uint32_t> codes, int bits) {
+  write_planes(block, codes, bits);
+}
+void write_codes(BlockWriter& block, std::span<const std::uint16_t> codes, int bits) {
+  write_planes(block, codes, bits);
 }
 
 void read_codes(BlockReader& block, std::span<std::uint32_t> codes, int bits) {
@@ -105,11 +108,11 @@ void read_codes(BlockReader& block, std::span<std::uint32_t> codes, int bits) {
 
 void write_normals(BlockWriter& block, std::span<const CellVertex> vertices,
                    std::span<const PackedNormal> guesses, int bits) {
-  std::vector<std::uint32_t> codes(vertices.size());
+  std::vector<std::uint16_t> codes(vertices.size());
   for (std::size_t c = 0; c < 2; ++c) {
     for (std::size_t v = 0; v < vertices.size(); ++v) {
-      codes[v] = difference_code(wrapped_normal(vertices[v].normal[c]),
-                                 wrapped_normal(guesses[v][c]), bits);
+      codes[v] = static_cast<std::uint16_t>(difference_code(wrapped_normal(vertices[v].normal[c]),
+                                                            wrapped_normal(guesses[v][c]), bits));
     }
     write_codes(block, codes, bits);
   }
@@ -134,12 +137,12 @@ bool read_normals(BlockReader& block, std::span<CellVertex> vertices,
 
 void write_channels(BlockWriter& block, std::span<const CellVertex> vertices,
                     std::span<const SmallTriangle> references, std::uint32_t attributes) {
-  std::vector<std::uint32_t> codes(vertices.size());
+  std::vector<std::uint16_t> codes(vertices.size());
   for (const Channel& channel : kChannels) {
     if ((attributes & channel.attribute) == 0) continue;
     for (std::size_t v = 0; v < vertices.size(); ++v) {
-      codes[v] = difference_code(channel.get(vertices[v]),
-                                 guess_of(channel, vertices, v, references[v]), channel.bits);
+      codes[v] = static_cast<std::uint16_t>(difference_code(
+          channel.get(vertices[v]), guess_of(channel, vertices, v, references[v]), channel.bits));
     }
     write_codes(block, codes, channel.bits);
   }
@@ -162,12 +165,12 @@ void read_channels(BlockReader& block, std::span<CellVertex> vertices,
 void write_channels_near(BlockWriter& block, std::span<const CellVertex> vertices,
                          std::span<const CellVertex> like, std::span<const std::uint16_t> which,
                          std::uint32_t attributes) {
-  std::vector<std::uint32_t> codes(vertices.size());
+  std::vector<std::uint16_t> codes(vertices.size());
   for (const Channel& channel : kChannels) {
     if ((attributes & channel.attribute) == 0) continue;
     for (std::size_t v = 0; v < vertices.size(); ++v) {
-      codes[v] =
-          difference_code(channel.get(vertices[v]), channel.get(like[which[v]]), channel.bits);
+      codes[v] = static_cast<std::uint16_t>(
+          difference_code(channel.get(vertices[v]), channel.get(like[which[v]]), channel.bits));
     }
     write_codes(block, codes, channel.bits);
   }

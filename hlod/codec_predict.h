@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a decoder can guess of a vertex before it reads it. Encoder and decoder must come to the
-// same guess on every machine: whole numbers that wrap around, and doubles in operations that
-// IEEE 754 rounds exactly (the build forbids fused ones).
+// What a decoder can guess of a vertex before it reads it. Encoder and decoder
+// must come to the same guess on every machine: whole numbers that wrap around,
+// and doubles in operations that IEEE 754 rounds exactly (the build forbids
+// fused ones).
 #pragma once
 
 #include <array>
@@ -21,9 +22,10 @@ inline std::uint32_t wrapped(std::int32_t value) { return static_cast<std::uint3
 using Triple = std::array<std::int32_t, 3>;
 inline Triple triple(LatticePoint p) { return {p.x, p.y, p.z}; }
 
-/// A vertex beyond edge a-b of triangle (a, b, o). Two coordinates are taken from the parallelogram
-/// a + b - o; the third, along which the triangle's plane is least steep, from that plane once the
-/// two are known: on a slope the parallelogram's error in plan does not spoil the height.
+/// A vertex beyond edge a-b of triangle (a, b, o). Two coordinates are taken
+/// from the parallelogram a + b - o; the third, along which the triangle's
+/// plane is least steep, from that plane once the two are known: on a slope the
+/// parallelogram's error in plan does not spoil the height.
 class PositionGuess {
  public:
   PositionGuess(const Triple& a, const Triple& b, const Triple& o) : o_(o) {
@@ -42,15 +44,17 @@ class PositionGuess {
   std::size_t axis() const { return axis_; }
   /// Of one of the other two.
   std::int32_t flat(std::size_t coordinate) const { return flat_[coordinate]; }
-  /// Of coordinate axis(), the other two of `p` being right.
+  /// Of coordinate kAxis, which must be axis(), the other two of `p` being
+  /// right.
+  template <std::size_t kAxis>
   std::int32_t last(const Triple& p) const {
-    if (normal_[axis_] == 0.0) return flat_[axis_];
-    const std::size_t s = (axis_ + 1) % 3, t = (axis_ + 2) % 3;
+    if (normal_[kAxis] == 0.0) return flat_[kAxis];
+    constexpr std::size_t s = (kAxis + 1) % 3, t = (kAxis + 2) % 3;
     const double ds = static_cast<double>(p[s]) - o_[s], dt = static_cast<double>(p[t]) - o_[t];
-    const double guess = o_[axis_] - (normal_[s] * ds + normal_[t] * dt) / normal_[axis_];
-    if (!(std::abs(guess) < 0x1p30)) return flat_[axis_];
-    // To the nearest whole number, by way of a positive one: floor() is a call where it is not an
-    // instruction.
+    const double guess = o_[kAxis] - (normal_[s] * ds + normal_[t] * dt) / normal_[kAxis];
+    if (!(std::abs(guess) < 0x1p30)) return flat_[kAxis];
+    // To the nearest whole number, by way of a positive one: floor() is a call
+    // where it is not an instruction.
     return static_cast<std::int32_t>(static_cast<std::int64_t>(guess + (0x1p31 + 0.5)) -
                                      (std::int64_t{1} << 31));
   }
@@ -61,8 +65,8 @@ class PositionGuess {
   std::size_t axis_;
 };
 
-/// Per vertex the sum of its triangles' normals, each as long as twice the triangle's area; sums
-/// wrap around where positions are wild.
+/// Per vertex the sum of its triangles' normals, each as long as twice the
+/// triangle's area; sums wrap around where positions are wild.
 inline std::vector<Vec3d> summed_normals(std::span<const CellVertex> vertices,
                                          std::span<const SmallTriangle> triangles) {
   using Wide = Vec3<std::uint64_t>;

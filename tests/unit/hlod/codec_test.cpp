@@ -124,6 +124,28 @@ TEST(CellCodec, GivesBackTrianglesThatHangTogetherBadly) {
   }
 }
 
+TEST(CellCodec, GivesBackAHubOfManyTrianglesSomeOfThemTwice) {
+  const Header header = sample_header();
+  for (const int repeats : {0, 1, 7}) {
+    Mesh mesh;
+    const int count = 3000;
+    for (int v = 0; v <= count; ++v) {
+      const double angle = 2 * 3.14159265358979 * v / count, reach = v == count ? 0 : 30 + v % 7;
+      mesh.positions.push_back(
+          Vec3d{30 + reach * std::cos(angle), 30 + reach * std::sin(angle), 0.01 * v}
+              .cast<float>());
+      mesh.normals.push_back({0, 0, 1});
+    }
+    const auto corner = [](int v) { return static_cast<std::uint32_t>(v); };
+    for (int v = 0; v < count; ++v) {
+      mesh.triangles.push_back({corner(count), corner(v), corner((v + 1) % count)});
+      if (repeats > 0 && v % 500 < repeats) mesh.triangles.push_back(mesh.triangles.back());
+    }
+    const CellMesh cell = sample_cell(mesh, header, kFine, 5);
+    ASSERT_TRUE(same_mesh(there_and_back(cell, header), cell)) << repeats;
+  }
+}
+
 TEST(CellCodec, GivesBackAnEmptyCellAndLoneVertices) {
   const Header header = sample_header();
   CellMesh empty;
