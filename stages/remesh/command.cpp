@@ -10,6 +10,7 @@ namespace {
 
 nlohmann::json quality_json(const QualityReport& q) {
   return {{"triangles", q.triangles},
+          {"below_20_deg", q.below_20_deg},
           {"share_min_angle_20", q.share_min_angle_20()},
           {"smallest_angle_deg", q.smallest_angle_deg},
           {"mean_smallest_angle_deg", q.mean_smallest_angle_deg},
@@ -18,6 +19,14 @@ nlohmann::json quality_json(const QualityReport& q) {
           {"without_area", q.without_area},
           {"shortest_edge_m", q.shortest_edge_m},
           {"longest_edge_m", q.longest_edge_m}};
+}
+
+/// Of the triangles below 20 degrees, those that touch a vertex that may not move.
+nlohmann::json thin_at_fixed(const Figures& f) {
+  const std::uint64_t all = f.quality.below_20_deg, inner = f.inner_quality.below_20_deg;
+  return {{"triangles", all - inner},
+          {"share_of_thin",
+           all == 0 ? 0.0 : static_cast<double>(all - inner) / static_cast<double>(all)}};
 }
 
 std::string metres(double value) {
@@ -61,6 +70,7 @@ void report_figures(const Result& result, const Options& options, Report& report
   report.quality("result_to_input_m", f.result_to_input_m);
   report.quality("sample_spacing_m", f.sample_spacing_m);
   report.quality("all triangles", quality_json(f.quality));
+  report.quality("thin_at_fixed_vertices", thin_at_fixed(f));
   report.quality("triangles away from fixed vertices", quality_json(f.inner_quality));
   if (f.bad_input_edges > 0) {
     report.warn("the input is no manifold along " + std::to_string(f.bad_input_edges) +

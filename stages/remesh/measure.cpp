@@ -13,6 +13,8 @@ namespace {
 constexpr std::size_t kGrain = 8192;
 /// Places inside a triangle lie so many times as far apart as those on its sides.
 constexpr float kInnerSpacings = 2.0f;
+/// Side of the columns by which triangles near places are found.
+constexpr float kColumnSpacings = 8.0f;
 
 /// A place of the input that is farther than the bound from what its corners hang on.
 struct FarPlace {
@@ -27,6 +29,7 @@ struct Found {
   float kept_sq = 0.0f;
   std::vector<std::pair<float, Offence>> offences;
   std::vector<FarPlace> far;
+  std::vector<Borrowing> borrowings;
 
   /// Whether that is too far.
   bool add(float distance_sq, float bound_m) {
@@ -43,36 +46,73 @@ struct Found {
   }
 };
 
-/// The triangles of the result that come within `reach` of the columns of side `cell` in which the
-/// places lie.
-std::vector<std::uint32_t> triangles_near(const WorkMesh& mesh, const std::vector<FarPlace>& places,
-                                          float cell, float reach) {
-  const auto column = [&](float value) {
-    return static_cast<std::int32_t>(std::floor(value / cell));
-  };
-  const auto key = [](std::int32_t x, std::int32_t y) {
-    return static_cast<std::uint64_t>(static_cast<std::uint32_t>(x)) << 32 |
-           static_cast<std::uint32_t>(y);
-  };
-  std::vector<std::uint64_t> wanted;
-  for (const FarPlace& far : places) wanted.push_back(key(column(far.at.x), column(far.at.y)));
-  std::sort(wanted.begin(), wanted.end());
-  wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
-  std::vector<std::uint32_t> found;
-  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-    const Triangle& c = mesh.triangles[t];
-    const Vec3f p = mesh.positions[c[0]], q = mesh.positions[c[1]], r = mesh.positions[c[2]];
-    const std::int32_t x0 = column(std::min({p.x, q.x, r.x}) - reach);
-    const std::int32_t x1 = column(std::max({p.x, q.x, r.x}) + reach);
-    const std::int32_t y0 = column(std::min({p.y, q.y, r.y}) - reach);
-    const std::int32_t y1 = column(std::max({p.y, q.y, r.y}) + reach);
-    bool near = false;
-    for (std::int32_t x = x0; x <= x1 && !near; ++x) {
-      for (std::int32_t y = y0; y <= y1 && !near; ++y) {
-        near = std::binary_search(wanted.begin(), wanted.end(), key(x, y));
+struct Box {
+  Vec3f low, high;
+
+  static Box of(Vec3f p, Vec3f q, Vec3f r, float reach) {
+    return {{std::min({p.x, q.x, r.x}) - reach, std::min({p.y, q.y, r.y}) - reach, 0.0f},
+            {std::max({p.x, q.x, r.x}) + reach, std::max({p.y, q.y, r.y}) + reach, 0.0f}};
+  }
+};
+
+/// A set of square columns.
+class Columns {
+ public:
+  explicit Columns(float side) : side_(side) {}
+
+  void add(const Box& box) {
+    each(box, [&](std::uint64_t key) {
+      keys_.push_back(key);
+      return true;
+    });
+  }
+  /// After the last add().
+  void sort() {
+    std::sort(keys_.begin(), keys_.end());
+    keys_.erase(std::unique(keys_.begin(), keys_.end()), keys_.end());
+  }
+  bool meet(const Box& box) const {
+    return !each(box, [&](std::uint64_t key) {
+      return !std::binary_search(keys_.begin(), keys_.end(), key);
+    });
+  }
+
+ private:
+  /// Stops where visit returns false and returns false then.
+  template <class Visit>
+  bool each(const Box& box, Visit&& visit) const {
+    for (std::int32_t x = column(box.low.x); x <= column(box.high.x); ++x) {
+      for (std::int32_t y = column(box.low.y); y <= column(box.high.y); ++y) {
+        if (!visit(static_cast<std::uint64_t>(static_cast<std::uint32_t>(x)) << 32 |
+                   static_cast<std::uint32_t>(y))) {
+          return false;
+        }
       }
     }
-    if (near) found.push_back(t);
+    return true;
+  }
+  std::int32_t column(float value) const {
+    return static_cast<std::int32_t>(std::floor(value / side_));
+  }
+
+  float side_;
+  std::vector<std::uint64_t> keys_;
+};
+
+Box box_of(const WorkMesh& mesh, std::uint32_t t, float reach) {
+  const Triangle& c = mesh.triangles[t];
+  return Box::of(mesh.positions[c[0]], mesh.positions[c[1]], mesh.positions[c[2]], reach);
+}
+
+/// The triangles of the result that come within `reach` of the columns in which the places lie.
+std::vector<std::uint32_t> triangles_near(const WorkMesh& mesh, const std::vector<FarPlace>& places,
+                                          float side, float reach) {
+  Columns wanted(side);
+  for (const FarPlace& far : places) wanted.add(Box::of(far.at, far.at, far.at, 0.0f));
+  wanted.sort();
+  std::vector<std::uint32_t> found;
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (wanted.meet(box_of(mesh, t, reach))) found.push_back(t);
   }
   return found;
 }
@@ -92,8 +132,9 @@ class Forth {
     }
   }
 
-  Found run(int threads) const {
+  Found run(const std::vector<Borrowing>& borrowings, int threads) const {
     Found found = run_on_triangles(threads);
+    look_again(borrowings, found);
     for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
       if (mesh_.error[t] <= limits_.bound_m) {
         found.add(mesh_.error[t] * mesh_.error[t], limits_.bound_m);
@@ -123,14 +164,42 @@ class Forth {
         [](Found& all, Found& part) { all.add(part); });
   }
 
+  /// What is near a triangle that has not changed still is.
+  void look_again(const std::vector<Borrowing>& borrowings, Found& found) const {
+    if (borrowings.empty()) return;
+    const float side = kColumnSpacings * limits_.spacing_m;
+    Columns changed(side);
+    for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
+      if (mesh_.changed[t] != 0) changed.add(box_of(mesh_, t, side));
+    }
+    changed.sort();
+    for (const Borrowing& one : borrowings) {
+      const Triangle& c = input_.triangles()[one.input_triangle];
+      const auto& p = input_.positions();
+      if (changed.meet(Box::of(p[c[0]], p[c[1]], p[c[2]], one.distance_m))) {
+        look_over(one.input_triangle, found);
+      } else {
+        found.borrowings.push_back(one);
+      }
+    }
+  }
+
   void look(std::uint32_t t, Found& found) const {
-    const Triangle& c = input_.triangles()[t];
-    const Three at{carrier_[c[0]], carrier_[c[1]], carrier_[c[2]]};
+    const Three at = carriers(t);
     if (at[0] == at[1] && at[1] == at[2]) return;
     const bool changed = std::any_of(std::begin(at), std::end(at), [&](std::uint32_t carrier) {
       return carrier != Reference::kNoTriangle && mesh_.changed[carrier] != 0;
     });
-    if (!changed) return;
+    if (changed) look_over(t, found);
+  }
+  Three carriers(std::uint32_t t) const {
+    const Triangle& c = input_.triangles()[t];
+    return {carrier_[c[0]], carrier_[c[1]], carrier_[c[2]]};
+  }
+
+  void look_over(std::uint32_t t, Found& found) const {
+    const Triangle& c = input_.triangles()[t];
+    const Three at = carriers(t);
     const Vec3f p[3] = {input_.positions()[c[0]], input_.positions()[c[1]],
                         input_.positions()[c[2]]};
     for (int k = 0; k < 3; ++k) {
@@ -171,7 +240,7 @@ class Forth {
   void search_far(Found& found, int threads) const {
     if (found.far.empty()) return;
     const std::vector<std::uint32_t> numbers =
-        triangles_near(mesh_, found.far, 8.0f * limits_.spacing_m, limits_.bound_m);
+        triangles_near(mesh_, found.far, kColumnSpacings * limits_.spacing_m, limits_.bound_m);
     std::vector<Triangle> triangles;
     for (const std::uint32_t t : numbers) triangles.push_back(mesh_.triangles[t]);
     const TriangleTree tree(mesh_.positions, triangles, threads);
@@ -185,6 +254,7 @@ class Forth {
       } else {
         near.distance_sq = far.distance_sq;
       }
+      found.borrowings.push_back({far.input_triangle, std::sqrt(near.distance_sq)});
       if (found.add(near.distance_sq, limits_.bound_m)) {
         found.offences.push_back(
             {near.distance_sq, {triangle, far.at, far.input_triangle, true, {}, 0.0f}});
@@ -284,12 +354,27 @@ class Back {
   std::uint32_t from_ = 0;
 };
 
+/// Each triangle once, with its largest distance.
+std::vector<Borrowing> sorted(std::vector<Borrowing> all) {
+  std::sort(all.begin(), all.end(), [](const Borrowing& a, const Borrowing& b) {
+    return a.input_triangle != b.input_triangle ? a.input_triangle < b.input_triangle
+                                                : a.distance_m > b.distance_m;
+  });
+  all.erase(std::unique(all.begin(), all.end(),
+                        [](const Borrowing& a, const Borrowing& b) {
+                          return a.input_triangle == b.input_triangle;
+                        }),
+            all.end());
+  return all;
+}
+
 }  // namespace
 
 Distances measure_distances(const WorkMesh& mesh, const Reference& input,
-                            const MeasureLimits& limits, int threads) {
+                            const MeasureLimits& limits, const std::vector<Borrowing>& borrowings,
+                            int threads) {
   Distances distances;
-  Found forth = Forth(mesh, input, limits).run(threads);
+  Found forth = Forth(mesh, input, limits).run(borrowings, threads);
   Found back = parallel_reduce(
       mesh.triangles.size(), 1024, threads, Found{},
       [&](std::size_t begin, std::size_t end) {
@@ -301,6 +386,7 @@ Distances measure_distances(const WorkMesh& mesh, const Reference& input,
         return found;
       },
       [](Found& all, Found& part) { all.add(part); });
+  distances.borrowings = sorted(std::move(forth.borrowings));
   distances.input_to_result_m = std::sqrt(forth.largest_sq);
   distances.result_to_input_m = std::sqrt(back.largest_sq);
   distances.kept_m = std::sqrt(std::max(forth.kept_sq, back.kept_sq));

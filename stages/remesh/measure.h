@@ -21,11 +21,19 @@ struct Offence {
   float distance_m = 0.0f;
 };
 
+/// A triangle of the input with a place that is near, if at all, another triangle of the result
+/// than those its corners hang on.
+struct Borrowing {
+  std::uint32_t input_triangle;
+  float distance_m;  ///< of that place
+};
+
 struct Distances {
   float input_to_result_m = 0.0f;  ///< at most, over the places looked at
   float result_to_input_m = 0.0f;
   float kept_m = 0.0f;            ///< largest of both that is no offence
   std::vector<Offence> offences;  ///< the worst one of each triangle, by triangle
+  std::vector<Borrowing> borrowings;
 };
 
 struct MeasureLimits {
@@ -35,12 +43,15 @@ struct MeasureLimits {
   float spacing_m = 0.25f;  ///< of the places looked at on the result
 };
 
-/// Looks at the triangles whose byte in mesh.changed is not 0, and at the input near these.
+/// Looks at the triangles whose byte in mesh.changed is not 0, and at the input near these: where
+/// its vertices hang on them, and at those of `borrowings` of the last measurement that lie near
+/// them. The others are named again.
 /// From the input: every vertex, and where the corners of a triangle hang on different triangles of
 /// the result, the middles of its sides and its own. (Where all three are near one triangle the
 /// whole triangle between them is, since the distance from a convex body is convex.)
 /// From the result: places about spacing_m apart on every triangle.
 Distances measure_distances(const WorkMesh& mesh, const Reference& input,
-                            const MeasureLimits& limits, int threads);
+                            const MeasureLimits& limits, const std::vector<Borrowing>& borrowings,
+                            int threads);
 
 }  // namespace cornice::remesh

@@ -42,10 +42,12 @@ struct Carriers {
   std::vector<std::uint32_t> counts;  ///< of samples, per triangle
   std::vector<std::uint32_t> samples;
   std::vector<float> error;
-  bool changed = true;
+  std::vector<std::uint8_t> changed;
 
-  void add(const Triangle& triangle, const Guard& guard, std::uint32_t number) {
+  void add(const Triangle& triangle, const Guard& guard, std::uint32_t number,
+           std::uint8_t is_changed) {
     triangles.push_back(triangle);
+    changed.push_back(is_changed);
     const std::size_t before = samples.size();
     float most_sq = 0.0f;
     guard.each(number, [&](std::uint32_t id, float distance_sq) {
@@ -60,10 +62,10 @@ struct Carriers {
 /// The triangles of a patch as they are.
 Carriers carriers_of(const WorkMesh& mesh, const Patches& patches, std::size_t index) {
   Carriers same;
-  same.changed = false;
   for (std::uint32_t i = patches.first[index]; i < patches.first[index + 1]; ++i) {
     const std::uint32_t t = patches.triangles[i];
     same.triangles.push_back(mesh.triangles[t]);
+    same.changed.push_back(0);
     same.error.push_back(mesh.error[t]);
     const auto begin = mesh.samples.begin() + mesh.sample_first[t];
     const auto end = mesh.samples.begin() + mesh.sample_first[t + 1];
@@ -92,7 +94,7 @@ void gather(std::vector<Carriers>& parts, WorkMesh& mesh) {
   for (Carriers& part : parts) {
     mesh.triangles.insert(mesh.triangles.end(), part.triangles.begin(), part.triangles.end());
     mesh.error.insert(mesh.error.end(), part.error.begin(), part.error.end());
-    mesh.changed.insert(mesh.changed.end(), part.triangles.size(), part.changed ? 1 : 0);
+    mesh.changed.insert(mesh.changed.end(), part.changed.begin(), part.changed.end());
     mesh.samples.insert(mesh.samples.end(), part.samples.begin(), part.samples.end());
     for (const std::uint32_t count : part.counts) {
       mesh.sample_first.push_back(mesh.sample_first.back() + count);
@@ -119,7 +121,8 @@ Relaxed work_on_patch(const WorkMesh& mesh, const Patches& patches, std::size_t 
   RelaxPatch work{PatchMesh(positions_of(mesh, patch), std::move(patch.triangles), patch.fixed),
                   {},
                   {},
-                  Guard(input, limits)};
+                  Guard(input, limits),
+                  {}};
   for (const std::uint32_t v : patch.vertices) {
     work.size.push_back(mesh.size[v]);
     work.hint.push_back(mesh.hint[v]);
@@ -135,7 +138,7 @@ Relaxed work_on_patch(const WorkMesh& mesh, const Patches& patches, std::size_t 
   for (std::uint32_t t = 0; t < local.triangle_count(); ++t) {
     if (!local.triangle_alive(t)) continue;
     carriers.add({local.start(3 * t), local.start(3 * t + 1), local.start(3 * t + 2)}, work.guard,
-                 t);
+                 t, work.changed.empty() ? 1 : work.changed[t]);
   }
   done.size = std::move(work.size);
   done.hint = std::move(work.hint);
@@ -179,7 +182,7 @@ void decimate_pass(WorkMesh& mesh, const Reference& input, const PatchGrid& grid
     for (std::uint32_t t = 0; t < left.size(); ++t) {
       const Triangle& c = left[t];
       results[index].add({patch.vertices[c[0]], patch.vertices[c[1]], patch.vertices[c[2]]}, guard,
-                         t);
+                         t, 1);
     }
   });
   gather(results, mesh);
@@ -266,6 +269,23 @@ void mend_pass(WorkMesh& mesh, const Reference& input, const PatchGrid& grid,
                  [&](RelaxPatch& work, std::size_t index) {
                    mend(work, input, limits, of_patch[index],
                         places_near(work.mesh, places, limits.guard.error_m));
+                 });
+}
+
+void shape_pass(WorkMesh& mesh, const Reference& input, const PatchGrid& grid,
+                const RelaxLimits& limits, const std::vector<Vec3f>& places, int threads) {
+  const Patches patches = cut_patches(mesh, grid.side_m, grid.shift_x, grid.shift_y);
+  std::vector<std::uint8_t> chosen(patches.size(), 0);
+  for (std::size_t p = 0; p < patches.size(); ++p) {
+    for (std::uint32_t i = patches.first[p]; i < patches.first[p + 1] && chosen[p] == 0; ++i) {
+      const Triangle& c = mesh.triangles[patches.triangles[i]];
+      chosen[p] = is_thin(mesh.positions[c[0]], mesh.positions[c[1]], mesh.positions[c[2]]);
+    }
+  }
+  change_patches(mesh, input, patches, chosen, limits.guard, threads, no_progress(),
+                 [&](RelaxPatch& work, std::size_t) {
+                   mend_shapes(work, input, limits,
+                               places_near(work.mesh, places, limits.guard.error_m));
                  });
 }
 

@@ -25,10 +25,14 @@ void relax_pass(WorkMesh& mesh, const Reference& input, const PatchGrid& grid,
 
 /// Puts a vertex through the place of every offence, as far as it can. `offences` by triangle;
 /// places of the input in `places` that are near stay so.
-/// mesh.changed tells which triangles lie in the patches it has worked on.
+/// mesh.changed tells which triangles are new or have offended.
 void mend_pass(WorkMesh& mesh, const Reference& input, const PatchGrid& grid,
                const RelaxLimits& limits, const std::vector<Offence>& offences,
                const std::vector<Vec3f>& places, int threads);
+
+/// Mends the shapes of thin triangles; the rest as for mend_pass().
+void shape_pass(WorkMesh& mesh, const Reference& input, const PatchGrid& grid,
+                const RelaxLimits& limits, const std::vector<Vec3f>& places, int threads);
 
 /// Drops vertices that no triangle names.
 void compact(WorkMesh& mesh);

@@ -20,13 +20,15 @@ PatchMesh::PatchMesh(std::vector<Vec3f> positions, std::vector<Triangle> triangl
   for (std::uint32_t t = 0; t < triangles.size(); ++t) announce(t);
 }
 
-Vec3f PatchMesh::vertex_normal(std::uint32_t v) const {
+Vec3f PatchMesh::middle_of_neighbours(std::uint32_t v) const {
   Vec3f sum{};
-  each_out(v, [&](std::uint32_t h) {
-    sum += normal2(v, end(h), opposite(h));
+  float count = 0.0f;
+  each_neighbour(v, [&](std::uint32_t n) {
+    sum += positions_[n];
+    count += 1.0f;
     return true;
   });
-  return normalized(sum);
+  return sum / count;
 }
 
 std::uint32_t PatchMesh::add_vertex(Vec3f position) {

@@ -86,8 +86,7 @@ class PatchMesh {
     const Vec3f p = positions_[a];
     return cross(positions_[b] - p, positions_[c] - p);
   }
-  /// Unit normal, triangles weighted by area; zero without area.
-  Vec3f vertex_normal(std::uint32_t v) const;
+  Vec3f middle_of_neighbours(std::uint32_t v) const;
 
   /// Puts a new vertex on an edge with twin. Returns it.
   std::uint32_t split(std::uint32_t h, Vec3f position);

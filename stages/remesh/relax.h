@@ -26,6 +26,8 @@ struct RelaxPatch {
   std::vector<float> size;          ///< wanted length of edges at each vertex
   std::vector<std::uint32_t> hint;  ///< input triangle near each vertex
   Guard guard;                      ///< with what the triangles carry
+  /// Per triangle: new, or to be measured again anyway. Empty: all are.
+  std::vector<std::uint8_t> changed;
 
   /// Whether a cut of edge h at `at` stays clear of the opposite corners. Over a cap, whose third
   /// corner lies on the edge already, a cut would only double that corner.
@@ -46,5 +48,11 @@ void relax(RelaxPatch& patch, const Reference& input, const RelaxLimits& limits)
 /// the input in `places` that are near it stay so.
 void mend(RelaxPatch& patch, const Reference& input, const RelaxLimits& limits,
           const std::vector<Offence>& offences, const std::vector<Vec3f>& places);
+
+/// At every thin triangle, worst first: the change that leaves the fewest thin ones round it, if
+/// the guard lets it pass. `places` as for mend().
+void mend_shapes(RelaxPatch& patch, const Reference& input, const RelaxLimits& limits,
+                 const std::vector<Vec3f>& places);
+bool is_thin(Vec3f a, Vec3f b, Vec3f c);
 
 }  // namespace cornice::remesh

@@ -39,6 +39,9 @@ constexpr int kEarlyRounds = 1;
 constexpr int kMostRepairs = 24;
 /// Rounds that bring nothing before more is allowed, and before no more are made.
 constexpr int kIdle = 2, kMostIdle = 6;
+/// Rounds of mending shapes; no more where one leaves this share of the thin triangles.
+constexpr int kMostShapeRounds = 3;
+constexpr double kShapesLeft = 0.9;
 /// Beginnings anew with more of the input kept as it is.
 constexpr int kMostAttempts = 2;
 /// Places on new triangles lie so many spacings of the input apart while the mesh changes, and in
@@ -143,6 +146,7 @@ class Remeshing {
         step("remesh", [&] { relax_all(reference); });
         std::vector<Offence> left;
         step("repair", [&] { left = repair(reference); });
+        if (left.empty()) step("shapes", [&] { left = mend_shapes(reference); });
         if (left.empty() || attempt == kMostAttempts) break;
         ++figures_.attempts;
         freeze(reference, left);
@@ -185,6 +189,9 @@ class Remeshing {
     work_.triangles = sound_;
     work_.positions = input_.positions;
     work_.fixed = fixed_;
+    kept_ = 0.0f;
+    places_.clear();
+    borrowings_.clear();
   }
 
   PatchGrid grid(int pass, double triangle_area) const {
@@ -249,15 +256,17 @@ class Remeshing {
     const MeasureLimits limits{kEnoughShare * sizes_.error_m, kSearchShare * sizes_.error_m,
                                kRepairShare * sizes_.error_m, kFinalSpacing * spacing_};
     figures_.sample_spacing_m = static_cast<double>(limits.spacing_m);
-    float kept = 0.0f;
     std::size_t before = std::numeric_limits<std::size_t>::max();
     int idle = 0;
-    std::vector<Vec3f> places;
     for (int round = 0;; ++round) {
-      Distances distances = measure_distances(work_, reference, limits, options_.threads);
-      kept = std::max(kept, distances.kept_m);
-      figures_.input_to_result_m = static_cast<double>(std::max(kept, distances.input_to_result_m));
-      figures_.result_to_input_m = static_cast<double>(std::max(kept, distances.result_to_input_m));
+      Distances distances =
+          measure_distances(work_, reference, limits, borrowings_, options_.threads);
+      kept_ = std::max(kept_, distances.kept_m);
+      figures_.input_to_result_m =
+          static_cast<double>(std::max(kept_, distances.input_to_result_m));
+      figures_.result_to_input_m =
+          static_cast<double>(std::max(kept_, distances.result_to_input_m));
+      borrowings_ = std::move(distances.borrowings);
       const std::size_t count = distances.offences.size();
       // Where a change has to stand by its neighbours it may take a round to come through.
       idle = count < before ? 0 : idle + 1;
@@ -267,17 +276,17 @@ class Remeshing {
       });
       if (round == kMostRepairs || idle == kMostIdle || (idle >= kIdle && unbearable.empty()) ||
           count == 0) {
+        // Only what changes is measured from here on.
+        kept_ = std::max({kept_, distances.input_to_result_m, distances.result_to_input_m});
         return unbearable;
       }
       before = std::min(count, before);
       ++figures_.repair_rounds;
       for (const Offence& o : distances.offences) {
-        if (o.must_reach) places.push_back(o.through);
+        if (o.must_reach) places_.push_back(o.through);
       }
-      PatchGrid local = grid(round, 0.4 * mean_area());
-      local.side_m = std::min(local.side_m, 40.0 * static_cast<double>(spacing_));
-      mend_pass(work_, reference, local, mend_limits(round, idle), distances.offences, places,
-                options_.threads);
+      mend_pass(work_, reference, mend_grid(round), mend_limits(round, idle), distances.offences,
+                places_, options_.threads);
       check_cancelled(progress_);
     }
   }
@@ -291,6 +300,35 @@ class Remeshing {
     if (stands_still) limits.least_facing = -1.0f;
     limits.insists = stands_still;
     return limits;
+  }
+
+  std::size_t thin_triangles() const {
+    return static_cast<std::size_t>(
+        std::count_if(work_.triangles.begin(), work_.triangles.end(), [&](const Triangle& c) {
+          return is_thin(work_.positions[c[0]], work_.positions[c[1]], work_.positions[c[2]]);
+        }));
+  }
+
+  /// Mends thin triangles while that helps. Returns what leaves the bound after it.
+  std::vector<Offence> mend_shapes(const Reference& reference) {
+    std::vector<Offence> left;
+    std::size_t thin = thin_triangles();
+    for (int round = 0; round < kMostShapeRounds && thin > 0 && left.empty(); ++round) {
+      shape_pass(work_, reference, mend_grid(round), mend_limits(kMostRepairs, 0), places_,
+                 options_.threads);
+      left = repair(reference);
+      const std::size_t before = thin;
+      thin = thin_triangles();
+      if (static_cast<double>(thin) > kShapesLeft * static_cast<double>(before)) break;
+    }
+    return left;
+  }
+
+  /// Small patches: few of them have something to mend.
+  PatchGrid mend_grid(int round) const {
+    PatchGrid local = grid(round, 0.4 * mean_area());
+    local.side_m = std::min(local.side_m, 40.0 * static_cast<double>(spacing_));
+    return local;
   }
 
   /// Marks the input round offences: vertices that hang on triangles next to theirs.
@@ -338,6 +376,9 @@ class Remeshing {
   std::vector<std::uint32_t> twins_;  ///< of sound_, until the reference has them
   std::vector<std::uint8_t> fixed_;   ///< vertices of the input
   WorkMesh work_;
+  float kept_ = 0.0f;                  ///< largest distance that needed no repair
+  std::vector<Vec3f> places_;          ///< of the input, that repair has gone through
+  std::vector<Borrowing> borrowings_;  ///< see Distances
   SizeLimits sizes_;
   RelaxLimits relax_;
   Figures figures_;

@@ -97,7 +97,20 @@ TEST_F(RemeshProgram, LeavesNoTriangleWithoutAreaAndNoBadConnection) {
   const Mesh mesh = read_ply_mesh(result());
   const QualityReport quality = measure_quality(mesh.positions, mesh.triangles, 0);
   EXPECT_EQ(quality.without_area, 0u);
+  EXPECT_GE(quality.share_min_angle_20(), 0.99);
   EXPECT_TRUE(check_topology(mesh.triangles, mesh.positions.size(), 1).is_manifold());
+}
+
+TEST_F(RemeshProgram, SaysHowManyThinTrianglesTouchWhatMayNotMove) {
+  const nlohmann::json figures = test::read_json(report()).at("quality");
+  const auto below = [&](const char* which) {
+    return figures.at(which).at("below_20_deg").get<std::uint64_t>();
+  };
+  const std::uint64_t all = below("all triangles");
+  const nlohmann::json& fixed = figures.at("thin_at_fixed_vertices");
+  EXPECT_EQ(fixed.at("triangles").get<std::uint64_t>(),
+            all - below("triangles away from fixed vertices"));
+  EXPECT_LE(fixed.at("share_of_thin").get<double>(), 1.0);
 }
 
 TEST_F(RemeshProgram, KeepsBordersBitForBit) {
