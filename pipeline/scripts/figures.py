@@ -77,17 +77,26 @@ def table(reports):
     return text
 
 
+# A tile's file at the beginning of a message: its own, or that of a neighbour it reads.
+TILE_FILE = re.compile(r"^.+?\.(las\.zip|laz|las): ", re.IGNORECASE)
+
+
 def warnings(reports):
-    """(text, tiles) of the warnings; those that differ in their numbers only are one."""
+    """(text, tiles) of the warnings; those that differ in their numbers and files only are one."""
     found = {}
     for tile, report in reports.items():
         for text in report["warnings"]:
-            kind = re.sub(r"\d+(\.\d+)?", "0", re.sub(rf"\b{re.escape(tile)}\b", "", text))
-            found.setdefault(kind, (text, []))[1].append(tile)
-    return found.values()
+            kind = re.sub(rf"\b{re.escape(tile)}\b", "", TILE_FILE.sub("", text))
+            kind = re.sub(r"\d+(\.\d+)?", "0", kind)
+            found.setdefault(kind, []).append((text, tile))
+    for alike in found.values():
+        text, tiles = alike[0][0], list(dict.fromkeys(tile for _, tile in alike))
+        if len(tiles) == 1 < len(alike):
+            text += f" (and {len(alike) - 1} more like it)"
+        yield text, tiles
 
 
-# (stage, part of its report, figure, how the tiles' values become one, what it says)
+# (stage, part of its report, figure or its path, how the tiles' values become one, what it says)
 RESULTS = (
     ("flightlines", "counts", "lines", sum, "flight lines"),
     ("flightlines", "counts", "lines_with_trajectory", sum, "flight lines with the sensor's path"),
@@ -98,20 +107,33 @@ RESULTS = (
     ("trim", "quality", "area_m2", sum, "surface, m²"),
     ("trim", "quality", "bridged_area_m2", sum, "of it bridged, m²"),
     ("remesh", "quality", "hausdorff_m", max, "greatest distance that remeshing moved the surface, m"),
+    ("remesh", "quality", "all triangles/share_min_angle_20", min,
+     "share of triangles without an angle below 20 degrees, worst tile"),
     ("stitch", "quality", "open_edges", sum, "open edges on inner borders"),
+    ("stitch", "quality", "t_vertices", sum, "vertices inside an edge across a border"),
     ("stitch", "quality", "mismatched_vertices", sum, "vertices without their like across a border"),
+    ("stitch", "quality", "non_manifold_edges", sum, "edges of more than two triangles"),
+    ("stitch", "quality", "turned_triangles", sum,
+     "pairs of triangles that face opposite sides across a border"),
     ("hlod", "counts", "triangles_all_levels", sum, "triangles in all levels of detail"),
     ("compare", "quality", "vertical_rms_m", max, "mesh against elevation model, rms of height, m"),
     ("compare", "quality", "overhang_m2_b", max, "overhangs of the mesh, m²"),
 )
 
 
+def value_at(group, name):
+    """A figure by its path, or None where it is no number."""
+    for key in name.split("/"):
+        group = group.get(key) if isinstance(group, dict) else None
+    return group if isinstance(group, (int, float)) else None
+
+
 def results(reports):
     """The figures that most readers look for first, of those stages that ran."""
     rows = []
     for stage, part, name, fold, title in RESULTS:
-        values = [report[part][name] for report in reports.get(stage, {}).values()
-                  if isinstance(report[part].get(name), (int, float))]
+        values = [value for report in reports.get(stage, {}).values()
+                  if (value := value_at(report[part], name)) is not None]
         if values:
             rows.append([title, fold(values)])
     return page.table([("result", False), ("", True)], rows) if rows else ""

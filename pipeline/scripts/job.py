@@ -144,6 +144,10 @@ def main():
     try:
         return run_chain(records.read_json(arguments.plan), arguments.stage, arguments.tile,
                          arguments.threads)
+    except OSError as error:
+        # Its record, or what it needs, cannot be written: the workflow ends, and its log says why.
+        print(f"{arguments.tile}: {arguments.stage}: {error}", file=sys.stderr)
+        return 1
     except KeyboardInterrupt:
         return 128 + 2
 

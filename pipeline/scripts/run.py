@@ -3,11 +3,15 @@
 """Takes a survey through every stage: tiles in, one seamless mesh and a report out."""
 
 import argparse
+import errno
 import fcntl
+import math
 import os
+import shutil
 import signal
 import subprocess
 import sys
+import time
 
 import configuration
 import programs
@@ -22,6 +26,13 @@ DONE, FAILED, USAGE = 0, 1, 2
 DEM_ENDINGS = (".tif", ".tiff", ".asc")
 TILE_ENDINGS = (".laz", ".las", ".las.zip")
 NOT_ENDED = "did not end"
+# What is wrong with single tiles before anything runs; the report has all of it.
+MOST_WARNINGS_TOLD = 20
+# More cells of the lattice than this for each point are too many.
+CELLS_PER_POINT = 10
+# With less than this no job can leave its record.
+LEAST_FREE_BYTES = 64 * 1024
+DISK_FULL = "the disk is full; free some space, the same command goes on from here"
 
 
 class RunError(Exception):
@@ -97,8 +108,21 @@ def make_plan(arguments, config, files, output):
         "unusable": {tile["path"]: tile["problem"] for tile in survey["tiles"] if tile["problem"]},
         "warnings": survey["warnings"],
     }
+    plan["warnings"] = plan["warnings"] + sparse_warning(plan)
     plan["fingerprints"] = todo.fingerprints(plan, plan["version"])
     return plan
+
+
+def sparse_warning(plan):
+    """Says so where the lattice is much finer than the points: all its cells cost time and memory."""
+    points, cells = (sum(column) for column in zip(*stages.sizes(plan)))
+    if points * CELLS_PER_POINT >= cells:
+        return []
+    step = plan["step_m"]
+    density = points / (cells * step**2)
+    wider = step * 2**round(math.log2(density**-0.5 / step))
+    return [f"{density:.2g} points/m² are few for cells of {step:g} m: the mesh will be finer than what "
+            f"was measured; with \"step-m: {wider:g}\" it takes far less time and memory"]
 
 
 def snakemake_words(arguments, plan, output):
@@ -127,7 +151,7 @@ def run_jobs(arguments, plan, output, left):
     """Runs Snakemake, showing progress; returns its exit code and whether it was interrupted."""
     words = snakemake_words(arguments, plan, output)
     log_path = os.path.join(output, "snakemake.log")
-    view = watch.Watch(plan, left)
+    view = watch.Watch(plan, left, max(1, arguments.jobs))
     with open(log_path, "w", encoding="utf-8") as log:
         try:
             process = subprocess.Popen(words, stdout=log, stderr=subprocess.STDOUT,
@@ -165,6 +189,34 @@ def say(text):
     print(f"cornice-run: {text}", file=sys.stderr, flush=True)
 
 
+def survey_text(plan):
+    count = len(plan["tiles"])
+    points = sum(entry["points"] for entry in plan["tiles"].values())
+    return (f"{count:,} tile{'' if count == 1 else 's'}, {points:,} points, "
+            f"{plan['crs'] or 'no coordinate system'}")
+
+
+def tell_start(plan, left):
+    """What there is to do, and what is wrong with the survey, before hours are spent on it."""
+    jobs = len(stages.jobs(plan))
+    count = f"{len(left):,} of {jobs:,}" if len(left) < jobs else f"{jobs:,}"
+    say(f"{survey_text(plan)}: {count} jobs to do")
+    texts = [f"{name}: {problem}; the other tiles go on without it"
+             for name, problem in plan["unusable"].items()] + plan["warnings"]
+    for text in texts[:MOST_WARNINGS_TOLD]:
+        say(f"warning: {text}")
+    if len(texts) > MOST_WARNINGS_TOLD:
+        say(f"warning: and {len(texts) - MOST_WARNINGS_TOLD:,} more, see the report")
+
+
+def tell_faults(plan):
+    """Where the mesh is not seamless."""
+    target = records.report_path(plan, "stitch", records.SURVEY)
+    if records.has_succeeded(plan, "stitch", records.SURVEY) and os.path.exists(target):
+        for text in records.read_json(target)["warnings"]:
+            say(f"warning: stitch: {text}")
+
+
 def tell_end(plan, failed, code, log_path):
     for name, problem in plan["unusable"].items():
         say(f"error: {name}: {problem}")
@@ -173,13 +225,16 @@ def tell_end(plan, failed, code, log_path):
         say(f"error: {records.label(plan, tile)}: {stage}: {message} "
             f"(log: {records.log_path(plan, stage, tile)})")
     if code != 0 and not shown:
-        say(f"error: the workflow ended early, see {log_path}")
+        full = shutil.disk_usage(plan["output"]).free < LEAST_FREE_BYTES
+        say(f"error: {plan['output']}: {DISK_FULL}" if full else
+            f"error: the workflow ended early, see {log_path}")
 
 
 def tell_todo(plan, left):
     """What a run would do."""
-    print(f"{len(plan['tiles'])} tiles, "
-          f"{sum(entry['points'] for entry in plan['tiles'].values()):,} points, {plan['crs']}")
+    print(survey_text(plan))
+    for text in plan["warnings"]:
+        print(f"warning: {text}")
     for name, problem in plan["unusable"].items():
         print(f"left out: {name}: {problem}")
     for stage, count in todo.counts(left).items():
@@ -222,12 +277,18 @@ def run(arguments):
         return DONE
     records.write_json(os.path.join(output, "plan.json"), plan)
     todo.forget(plan, left)
+    began = time.time()
+    if left:
+        tell_start(plan, left)
     code, interrupted = run_jobs(arguments, plan, output, left) if left else (DONE, False)
     failed = failures(plan)
     if interrupted:
         say("stopped; the same command goes on from here")
         return 128 + signal.SIGINT
     tell_end(plan, failed, code, os.path.join(output, "snakemake.log"))
+    tell_faults(plan)
+    if left:
+        say(f"jobs ended after {watch.duration_text(time.time() - began)}; drawing the report")
     page = report.write(plan, failed)
     say(f"report: {page}")
     for name, result in (("stitch", f"mesh: {stages.mesh_folder(plan)}"),
@@ -296,6 +357,10 @@ def main():
     except RunError as error:
         say(f"error: {error}")
         return error.code
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        say(f"error: {where}{DISK_FULL if error.errno == errno.ENOSPC else error.strerror.lower()}")
+        return FAILED
     except KeyboardInterrupt:
         return 128 + signal.SIGINT
 

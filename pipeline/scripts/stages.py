@@ -19,6 +19,25 @@ MOST_HLOD_MB = 8192
 
 
 @dataclasses.dataclass(frozen=True)
+class Cost:
+    """What a job takes: for its points, and for the cells of the lattice under its ground. A cell is
+    `step-m` wide; sparse points on much ground cost by the cell. Measured on 1 km² of mountain with
+    20 points/m² and on 1 km² of plain with 0.25."""
+
+    bytes_per_point: float  # peak memory, half as much again as was measured; for the scheduler
+    bytes_per_cell: float
+    seconds_per_million_points: float  # on one core; a first guess for the time left
+    seconds_per_million_cells: float
+
+    def memory(self, points, cells):
+        return self.bytes_per_point * points + self.bytes_per_cell * cells
+
+    def seconds(self, points, cells):
+        return 0.2 + (self.seconds_per_million_points * points +
+                      self.seconds_per_million_cells * cells) / 1e6
+
+
+@dataclasses.dataclass(frozen=True)
 class Stage:
     """One kind of job."""
 
@@ -32,8 +51,7 @@ class Stage:
     needs: tuple
     command: Callable  # (plan, tile) -> list of words, without threads, memory and report
     outputs: Callable  # (plan, tile) -> paths that the job leaves
-    bytes_per_point: int  # peak memory, measured; for the scheduler
-    seconds_per_million: float  # points, on one core; a first guess for the time left
+    cost: Cost
     is_wanted: Callable = lambda config: True
     reads: str = ""  # entry of the plan with files, not tiles, that it reads: {path: modified}
 
@@ -245,35 +263,39 @@ def makes_ply(config):
 
 STAGES = {stage.name: stage for stage in (
     Stage("info", "What is in the tiles", "info", "tile", (), info_command,
-          lambda plan, tile: [], 60, 1.5),
+          lambda plan, tile: [], Cost(60, 0, 0.8, 0)),
     Stage("flightlines", "Flight lines", "flightlines", "survey", (("info", "all"),),
-          flightlines_command, lambda plan, tile: [lines_path(plan)], 4, 1.0),
+          flightlines_command, lambda plan, tile: [lines_path(plan)],
+          Cost(10, 0, 0.6, 0)),
     Stage("normals", "Normals", "normals", "tile",
           (("info", "own"), ("info", "around"), ("flightlines", "survey")),
-          normals_command, lambda plan, tile: [points_path(plan, tile)], 130, 3.0),
+          normals_command, lambda plan, tile: [points_path(plan, tile)],
+          Cost(130, 0, 2.0, 0)),
     Stage("solve", "Field around the surface", "poisson", "tile", (("normals", "own"),),
           solve_command, lambda plan, tile: [field_path(plan, tile), band_path(plan, tile)],
-          320, 3.0, reads="fill_dem"),
+          Cost(190, 290, 2.0, 2.0), reads="fill_dem"),
     Stage("extract", "Surface", "poisson", "tile", (("solve", "own"), ("solve", "around")),
-          extract_command, lambda plan, tile: [surface_path(plan, tile)], 200, 1.0),
+          extract_command, lambda plan, tile: [surface_path(plan, tile)],
+          Cost(130, 240, 0.6, 1.6)),
     Stage("trim", "Trimming", "trim", "tile", (("extract", "own"),), trim_command,
-          lambda plan, tile: [trimmed_path(plan, tile)], 150, 0.5, reads="fill_dem"),
+          lambda plan, tile: [trimmed_path(plan, tile)], Cost(35, 340, 0.3, 1.1), reads="fill_dem"),
     Stage("remesh", "Remeshing", "remesh", "tile", (("trim", "own"),), remesh_command,
-          lambda plan, tile: [remeshed_path(plan, tile)], 200, 3.0),
+          lambda plan, tile: [remeshed_path(plan, tile)], Cost(75, 450, 5.0, 13.0)),
     Stage("stitch", "Stitching", "stitch", "survey", (("remesh", "all"),), stitch_command,
-          lambda plan, tile: [mesh_folder(plan)], 10, 0.5),
+          lambda plan, tile: [mesh_folder(plan)], Cost(15, 20, 0.1, 0.3)),
     Stage("regions", "Regions of the levels of detail", "hlod", "region", (("stitch", "survey"),),
-          region_command, lambda plan, region: [region_path(plan, region)], 40, 0.5,
+          region_command, lambda plan, region: [region_path(plan, region)], Cost(40, 60, 0.2, 0.5),
           lambda config: makes_ply(config) and regions_of(config) > 1),
     Stage("hlod", "Levels of detail", "hlod", "survey", (("stitch", "survey"), ("regions", "each")),
-          hlod_command, lambda plan, tile: [hierarchy_path(plan)], 20, 0.5, makes_ply),
+          hlod_command, lambda plan, tile: [hierarchy_path(plan)], Cost(20, 60, 0.2, 0.5), makes_ply),
     Stage("dem", "Elevation model", "dem", "survey", (), dem_command,
-          lambda plan, tile: [dem_folder(plan)], 30, 0.2, lambda config: "dem" in config, "dem"),
+          lambda plan, tile: [dem_folder(plan)], Cost(30, 60, 0, 0.5),
+          lambda config: "dem" in config, "dem"),
     Stage("dem_hlod", "Levels of detail of the elevation model", "hlod", "survey",
           (("dem", "survey"),), dem_hlod_command, lambda plan, tile: [dem_hierarchy_path(plan)],
-          20, 0.2, lambda config: "dem" in config),
+          Cost(20, 60, 0.2, 0.5), lambda config: "dem" in config),
     Stage("compare", "Mesh against elevation model", "compare", "survey", (("stitch", "survey"),),
-          compare_command, lambda plan, tile: [comparison_folder(plan)], 60, 1.0,
+          compare_command, lambda plan, tile: [comparison_folder(plan)], Cost(60, 100, 0.5, 1.0),
           lambda config: "dem" in config and makes_ply(config), "dem"),
 )}
 
@@ -327,37 +349,44 @@ def upstream(plan, stage, tile):
     return listed
 
 
-def points_of(plan, tile):
-    """Points that a job works on at a time, its halo included for tiles."""
-    if tile not in plan["tiles"]:
-        return max((entry["points"] for entry in plan["tiles"].values()), default=0)
+def size_of(plan, tile, margin_m=0.0):
+    """(points, cells) of a tile and a margin around it."""
     entry = plan["tiles"][tile]
     west, south, east, north = entry["box"]
-    halo = 2.0 * plan["halo_m"]
-    grown = (1.0 + halo / max(east - west, 1.0)) * (1.0 + halo / max(north - south, 1.0))
-    return int(entry["points"] * min(grown, 1.0 + len(entry["neighbours"])))
+    width, height = max(east - west, 1.0), max(north - south, 1.0)
+    grown = (width + 2.0 * margin_m) * (height + 2.0 * margin_m) / (width * height)
+    return (entry["points"] * min(grown, 1.0 + len(entry["neighbours"])),
+            grown * width * height / plan["step_m"]**2)
 
 
-def points_in_all(plan, stage, tile):
-    """Points that a job takes its time for."""
-    if STAGES[stage].per == "tile":
-        return points_of(plan, tile)
-    count = sum(entry["points"] for entry in plan["tiles"].values())
-    return count // (regions_of(plan["config"]) if STAGES[stage].per == "region" else 1)
+def sizes(plan):
+    return [size_of(plan, tile) for tile in plan["tiles"]]
+
+
+def whole_size(plan, stage):
+    """(points, cells) that a job of the survey or of a region takes its time for."""
+    share = 1.0 / regions_of(plan["config"]) if STAGES[stage].per == "region" else 1.0
+    return tuple(share * sum(column) for column in zip(*sizes(plan)))
 
 
 def memory_mb(plan, stage, tile):
-    """What the scheduler keeps free for a job. Building levels of detail takes what there is, and goes
-    to the disk beyond."""
-    if STAGES[stage].program == "hlod":
-        needed = STAGES[stage].bytes_per_point * points_in_all(plan, stage, tile) / 2**20
-        return 300 + int(min(needed, MOST_HLOD_MB))
-    return 300 + int(STAGES[stage].bytes_per_point * points_of(plan, tile) / 2**20)
+    """What the scheduler keeps free for a job. A job of the survey holds a tile at a time; building
+    levels of detail takes what there is, and goes to the disk beyond."""
+    cost = STAGES[stage].cost
+    if STAGES[stage].per == "tile":
+        needed = cost.memory(*size_of(plan, tile, plan["halo_m"]))
+    elif STAGES[stage].program == "hlod":
+        needed = min(cost.memory(*whole_size(plan, stage)), MOST_HLOD_MB * 2**20)
+    else:
+        needed = max((cost.memory(*size) for size in sizes(plan)), default=0)
+    return 300 + int(needed / 2**20)
 
 
 def expected_seconds(plan, stage, tile):
     """A first guess of a job's time on one core."""
-    return 0.5 + STAGES[stage].seconds_per_million * points_in_all(plan, stage, tile) / 1e6
+    if STAGES[stage].per == "tile":
+        return STAGES[stage].cost.seconds(*size_of(plan, tile, plan["halo_m"]))
+    return STAGES[stage].cost.seconds(*whole_size(plan, stage))
 
 
 def expected_times(plan):

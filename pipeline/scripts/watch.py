@@ -49,20 +49,23 @@ class Folder:
 class Watch:
     """Counts ended jobs; tells the share done and the time left."""
 
-    def __init__(self, plan, left):
-        """left: the jobs that are to be done now (todo.find)."""
+    def __init__(self, plan, left, at_once=1):
+        """left: the jobs that are to be done now (todo.find); at_once: how many of them."""
         self.expected = stages.expected_times(plan)
         self.total = sum(self.expected.values())
         self.left = sum(self.expected[job] for job in left)
         self.waiting = set(left)
         self.todo = len(left)
         self.jobs = {stage.name: len(stages.tiles_of(plan, stage)) for stage in stages.active(plan)}
+        self.order = {stage: number for number, stage in enumerate(self.jobs)}
         self.ended = dict(self.jobs)
         for stage, _ in left:
             self.ended[stage] -= 1
         self.failed = 0
         self.folders = [Folder(plan, stage) for stage in self.jobs]
+        self.at_once = at_once
         self.first = None  # time and work left when the first job ended: planning counts for nothing
+        self.last_end = 0.0  # when the last job was seen to have ended
         self.is_terminal = sys.stderr.isatty()
         self.last_line = ""
         self.last_time = 0.0
@@ -76,17 +79,31 @@ class Watch:
                     self.waiting.remove(job)
                     self.left -= self.expected[job]
                     self.ended[folder.stage] += 1
+                    self.last_end = time.time()
         if self.first is None and len(self.waiting) < self.todo:
             self.first = (time.time(), self.left)
 
+    def under_way(self):
+        """The most work that the jobs now running can have done: that of the longest that may run."""
+        soonest = min(self.waiting, key=lambda job: self.order[job[0]])
+        per = stages.STAGES[soonest[0]].per
+        return self.at_once * max(self.expected[job] for job in self.waiting
+                                  if stages.STAGES[job[0]].per == per)
+
     def seconds_left(self):
         """From what the jobs of this run took against what was expected of them; None: no telling
-        yet."""
+        yet. Jobs that run are taken to go on at that pace, until they have taken longer than was
+        expected of them: then all is taken to be slower."""
         if not self.waiting:
             return 0.0
         if self.first is None or self.first[1] <= self.left:
             return None
-        return (time.time() - self.first[0]) * self.left / (self.first[1] - self.left)
+        began, work = self.first
+        done = work - self.left
+        now = time.time()
+        pace = done / max(self.last_end - began, 1e-3)
+        running = min(pace * (now - self.last_end), 0.95 * self.under_way(), 0.95 * self.left)
+        return (self.left - running) * (now - began) / (done + running)
 
     def line(self):
         share = 100.0 * (1.0 - self.left / self.total) if self.total else 100.0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-foreach(subject configuration report run watch)
+foreach(subject configuration figures report run watch)
   add_test(NAME pipeline.${subject}
            COMMAND /usr/bin/python3 -B
                    "${PROJECT_SOURCE_DIR}/tests/unit/pipeline/${subject}_test.py")

@@ -3,7 +3,7 @@
 """Stands in for every cornice program: writes the outputs asked for, and counts its runs.
 
 A tile is a text file. A line "fail STAGE" in it makes that stage fail on it; "sleep STAGE" makes it
-wait for its end; "kill STAGE" makes it die.
+wait for its end; "kill STAGE" makes it die; "warn STAGE" makes it warn.
 """
 
 import json
@@ -23,7 +23,7 @@ def values_of(words, flag):
     return found
 
 
-def index(tiles, target):
+def index(tiles, target, step_m):
     entries = []
     for number, tile in enumerate(sorted(tiles)):
         name = os.path.basename(tile).split(".")[0]
@@ -36,7 +36,7 @@ def index(tiles, target):
         entry["neighbours"] = [names[other] for other in (number - 1, number + 1)
                                if 0 <= other < len(names) and not entries[other]["problem"]]
     with open(target, "w", encoding="utf-8") as file:
-        json.dump({"crs": "EPSG:2154", "step_m": 0.5, "halo_m": 20, "tiles": entries,
+        json.dump({"crs": "EPSG:2154", "step_m": step_m, "halo_m": 20, "tiles": entries,
                    "warnings": []}, file)
 
 
@@ -67,7 +67,8 @@ def main():
             break
         inputs.append(word)
     if stage == "index":
-        index([word for word in words if word.endswith(".laz")], target)
+        index([word for word in words if word.endswith(".laz")], target,
+              float(values_of(words, "--step-m")[0]))
         return
     if stage == "poisson":
         stage, inputs = inputs[0], inputs[1:]
@@ -94,7 +95,8 @@ def main():
     report = values_of(words, "--report")
     if report:
         with open(report[0], "w", encoding="utf-8") as file:
-            json.dump({"tool": stage, "seconds": 1.0, "peak_memory_bytes": 2**20, "warnings": [],
+            warned = ["is odd as told"] if f"warn {stage}" in text else []
+            json.dump({"tool": stage, "seconds": 1.0, "peak_memory_bytes": 2**20, "warnings": warned,
                        "counts": {"points": 1000}, "quality": {}, "parameters": {}, "steps": [],
                        "machine": {"cpu": "c", "cores": 2, "memory_bytes": 2**30, "os": "o"}}, file)
 

@@ -56,6 +56,15 @@ class Survey(unittest.TestCase):
             jobs = [line.strip() for line in file if not line.startswith("picture")]
         return process.returncode, out + err, jobs
 
+    def wait_for(self, process, text):
+        """Returns when `text` stands in the list of runs, however long the machine takes for it."""
+        while process.poll() is None:
+            with open(self.runs, encoding="utf-8") as file:
+                if text in file.read():
+                    return
+            time.sleep(0.05)
+        self.fail("ended too soon: " + process.communicate()[1])
+
     def result(self, *parts):
         with open(os.path.join(self.folder, "out", *parts), encoding="utf-8") as file:
             return file.read()
@@ -148,7 +157,10 @@ class Survey(unittest.TestCase):
         self.write("b.laz", "unusable")
         code, text, jobs = self.run_it()
         self.assertEqual(code, 1)
-        self.assertIn("b.laz: is unusable", text)
+        self.assertIn("cornice-run: 2 tiles, 2,000 points, EPSG:2154: 15 jobs to do", text)
+        warned = text.index("b.laz: is unusable; the other tiles go on without it")
+        self.assertLess(warned, text.index("error: "), "before anything runs")
+        self.assertIn("b.laz: is unusable", text[text.index("error: "):])
         self.assertNotIn("info b", jobs)
         self.assertIn("stitch a", jobs)
 
@@ -157,6 +169,29 @@ class Survey(unittest.TestCase):
         code, text, _ = self.run_it()
         self.assertEqual(code, 1)
         self.assertIn("c.laz: trim: was killed (signal 9)", text)
+
+    def test_tells_where_the_mesh_is_not_as_it_should_be(self):
+        self.write("a.laz", "warn stitch")
+        code, text, _ = self.run_it()
+        self.assertEqual(code, 0, text)
+        self.assertIn("cornice-run: warning: stitch: is odd as told", text)
+
+    def test_warns_of_a_lattice_much_finer_than_the_points(self):
+        # 1000 points on 100 m x 100 m: 0.1 a cell of 1 m.
+        self.configure("step-m: 1\n")
+        self.assertNotIn("are few for cells", self.run_it("--dry-run")[1])
+        self.configure("step-m: 0.9\n")
+        text = self.run_it("--dry-run")[1]
+        self.assertIn("0.1 points/m² are few for cells of 0.9 m", text)
+        self.assertIn('"step-m: 3.6"', text)
+
+    def test_says_in_one_line_what_cannot_be_written(self):
+        # As a full disk would have it, which a test cannot make.
+        os.makedirs(os.path.join(self.folder, "out", "report.html.partial"))
+        code, text, _ = self.run_it("--until", "info")
+        self.assertEqual(code, 1)
+        self.assertNotIn("Traceback", text)
+        self.assertIn("report.html.partial: is a directory", text)
 
     def test_stops_at_the_first_failure_where_asked(self):
         for name in "abc":
@@ -168,11 +203,7 @@ class Survey(unittest.TestCase):
     def test_resumes_after_an_interruption(self):
         self.write("c.laz", "sleep extract")
         process = self.start()
-        for _ in range(300):
-            time.sleep(0.2)
-            with open(self.runs, encoding="utf-8") as file:
-                if "extract c" in file.read():
-                    break
+        self.wait_for(process, "extract c")
         process.send_signal(signal.SIGTERM)
         _, err = process.communicate(timeout=300)
         self.assertEqual(process.returncode, 130, err)
@@ -187,10 +218,7 @@ class Survey(unittest.TestCase):
         self.write("a.laz", "sleep info")
         process = self.start()
         try:
-            for _ in range(300):
-                time.sleep(0.2)
-                if os.path.getsize(self.runs):
-                    break
+            self.wait_for(process, "info a")
             code, text, _ = self.run_it()
             self.assertEqual(code, 1)
             self.assertIn("another cornice run works there", text)

@@ -120,6 +120,37 @@ class LargeSurvey(unittest.TestCase):
             self.assertAlmostEqual(view.seconds_left() * share, 10.0)
         self.assertIn("1 failed", view.line())
 
+    def test_the_time_left_falls_while_a_job_runs_as_expected_and_grows_when_it_takes_longer(self):
+        view = watch.Watch(self.plan, todo.find(self.plan)[0])
+        with mock.patch("time.time", return_value=1000.0) as now:
+            end(self.plan, "info", "0_0", self.found)
+            view.refresh()
+            now.return_value = 1010.0
+            end(self.plan, "info", "0_1", self.found)
+            view.refresh()
+            at_end = view.seconds_left()
+            # At this pace the longest job of a tile that may run now takes so long.
+            longest = 10.0 * view.under_way() / view.expected["info", "0_1"]
+            now.return_value = 1010.0 + 0.5 * longest
+            self.assertAlmostEqual(view.seconds_left(), at_end - 0.5 * longest)
+            now.return_value = 1010.0 + 2.0 * longest
+            late = view.seconds_left()
+            now.return_value = 1010.0 + 4.0 * longest
+            self.assertGreater(view.seconds_left(), late)
+
+    def test_a_job_asks_for_the_memory_that_its_points_and_its_ground_take(self):
+        # (points in a square kilometre, stage, MiB that were measured)
+        for points, stage, measured in (
+                (20400000, "normals", 1350), (20400000, "solve", 3670), (20400000, "extract", 2590),
+                (20400000, "trim", 1470), (20400000, "remesh", 2410), (280000, "normals", 104),
+                (280000, "solve", 833), (280000, "extract", 690), (280000, "trim", 1001),
+                (280000, "remesh", 1312)):
+            with self.subTest(f"{points} points, {stage}"):
+                self.plan["tiles"]["5_5"]["points"] = points
+                asked = stages.memory_mb(self.plan, stage, "5_5")
+                self.assertGreater(asked, 1.2 * measured)
+                self.assertLess(asked, 300 + 2.5 * measured)
+
     def test_a_command_line_may_name_every_tile(self):
         words = ["/bin/true"] + ["x" * 250] * 10000
         script = ("import programs, subprocess; programs.allow_long_command_lines(); "
