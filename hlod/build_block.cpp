@@ -92,7 +92,8 @@ void BlockBuilder::assemble() {
   for (std::size_t v = 0; v < count; ++v) {
     mesh_.positions[v] = (data_[v].position - base_).cast<float>();
     // Half steps of fine rest, exact in floats as the whole ones are.
-    fine_[v] = 0.5f * (points_[v] - refined(base_)).cast<float>();
+    const Vec3f fine = 0.5f * (points_[v] - refined(base_)).cast<float>();
+    fine_[v] = Float4{fine.x, fine.y, fine.z, 0};
   }
   mesh_.further.clear();
   if (options_.attribute_weight == 0) return;
@@ -159,7 +160,7 @@ void BlockBuilder::simplify() {
   options.in_plan = header_.partition == Partition::kQuadtree;
   options.max_error = static_cast<float>(options_.max_error_share * side);
   simplifier_.run(mesh_, options);
-  step_error_.prepare(mesh_, simplifier_, fine_, original_, shared_);
+  step_error_.prepare(simplifier_, fine_, original_, shared_);
 }
 
 /// Makes one vertex of those that were rounded to one point; locked ones, which other blocks have
@@ -215,6 +216,14 @@ BuildCell BlockBuilder::make_parent(std::uint32_t parent) {
   const auto step = static_cast<float>(header_.lattice.step(cell.key.level));
   place_.assign(data_.size(), kNone);
   float moved = 0;
+  std::size_t triangles = 0;
+  for (std::size_t c = 0; c < parent_cell_.size(); ++c) {
+    if (parent_cell_[c] == parent) triangles += begins_[c + 1] - begins_[c];
+  }
+  // A quarter more than the share that the whole block keeps.
+  triangles = triangles * simplifier_.triangle_count() / (original_.size() + 1) * 5 / 4;
+  cell.triangles.reserve(triangles);
+  cell.vertices.reserve(triangles * 9 / 16);
   for (std::size_t c = 0; c < parent_cell_.size(); ++c) {
     if (parent_cell_[c] != parent) continue;
     moved = step_error_.of(begins_[c], begins_[c + 1], moved);

@@ -73,7 +73,7 @@ class BlockBuilder {
   std::vector<std::size_t> to_begins_;      ///< per cell, in to_
   // Per vertex of the block:
   std::vector<LatticePoint> points_;    ///< steps of the cells' level
-  std::vector<Vec3f> fine_;             ///< the same in coarse steps from base_
+  std::vector<Float4> fine_;            ///< the same in coarse steps from base_
   std::vector<std::uint8_t> shared_;    ///< 1 where another cell may use it
   std::vector<CellVertex> data_;        ///< with coarse positions
   std::vector<Vec3f> sums_;             ///< of normals

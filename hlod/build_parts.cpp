@@ -2,6 +2,7 @@
 #include "hlod/build_parts.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace cornice::hlod {
 
@@ -25,9 +26,34 @@ void PartMaker::add_parts(const BuildCell& cell, std::span<const std::uint32_t> 
   }
 }
 
+/// Takes a cell that is one part and has its vertices in the order of their first use, as most are.
+/// False, and nothing said of what the mesh is then, where it is anything else.
+bool PartMaker::take_whole(const BuildCell& cell, CellMesh& mesh) {
+  const std::size_t count = cell.vertices.size();
+  if (count + 3 > kCellVertexLimit || cell.triangles.size() > kCellTriangleLimit) return false;
+  mesh.triangles.resize(cell.triangles.size());
+  std::uint32_t used = 0;
+  bool is_ordered = true;
+  for (std::size_t t = 0; t < cell.triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t v = cell.triangles[t][k];
+      is_ordered &= v <= used;
+      used += v == used;
+      mesh.triangles[t][k] = static_cast<std::uint16_t>(v);
+    }
+  }
+  if (!is_ordered || used != count) return false;
+  mesh.vertices = cell.vertices;
+  vertex_.resize(count);
+  std::iota(vertex_.begin(), vertex_.end(), 0u);
+  return true;
+}
+
 /// Takes triangles from `begin` on until the part is full; returns where the next part begins.
 std::size_t PartMaker::take_part(const BuildCell& cell, std::size_t begin, CellMesh& mesh) {
   ++part_;
+  if (begin == 0 && take_whole(cell, mesh)) return cell.triangles.size();
+  mesh.triangles.clear();
   vertex_.clear();
   const std::size_t last = std::min(cell.triangles.size(), begin + kCellTriangleLimit);
   mesh.triangles.reserve(last - begin);

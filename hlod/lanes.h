@@ -8,6 +8,8 @@
 
 namespace cornice::hlod {
 
+// g++ aligns eight lanes to 16 bytes where AVX is off, but takes 32 for granted in a clone with
+// AVX2 (core/base/clones.h): a struct that holds them says alignas(32).
 using Float4 [[gnu::vector_size(16)]] = float;
 using Float8 [[gnu::vector_size(32)]] = float;
 using Int4 [[gnu::vector_size(16)]] = std::int32_t;

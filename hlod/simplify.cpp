@@ -50,23 +50,9 @@ constexpr std::size_t kFarAhead = 12, kAhead = 5;
 
 }  // namespace
 
-void VertexFans::assign(std::size_t vertex_count, const std::vector<Triangle>& triangles,
-                        const std::vector<std::uint32_t>& chosen) {
-  // Counts of v lie at v + 2; summed up, begins lie at v + 1, and move on to v as they are filled.
-  begins_.assign(vertex_count + 2, 0);
-  for (const std::uint32_t t : chosen) {
-    for (const std::uint32_t v : triangles[t]) ++begins_[v + 2];
-  }
-  for (std::size_t v = 2; v < begins_.size(); ++v) begins_[v] += begins_[v - 1];
-  pool_.resize(begins_.back());
-  for (const std::uint32_t t : chosen) {
-    for (const std::uint32_t v : triangles[t]) pool_[begins_[v + 1]++] = t;
-  }
-}
-
 /// The vertices round a vertex u, coordinates relative to u, in lanes of eight. Triangle i is
 /// (u, at[i], at[i + 1]).
-struct Simplifier::Ring {
+struct alignas(32) Simplifier::Ring {
   std::uint32_t count, triangles;
   bool is_closed;
   int vectors;
@@ -487,25 +473,19 @@ CORNICE_CLONES std::size_t Simplifier::sweep(float bound) {
   return collapsed;
 }
 
-/// What each vertex became in the end, and the triangles that are left.
+/// What each vertex became in the end, and what became of the triangles.
 void Simplifier::finish() {
   // Whatever a vertex became went later, or not at all.
   for (auto u = gone_.rbegin(); u != gone_.rend(); ++u) parents_[*u] = parents_[parents_[*u]];
-  std::vector<Triangle>& triangles = mesh_->triangles;
-  left_.resize(triangles.size());
-  std::size_t left = 0;
-  for (std::uint32_t i = 0; i < triangles.size(); ++i) {
-    Triangle& t = triangles[i];
+  [[maybe_unused]] std::size_t left = 0;
+  for (Triangle& t : mesh_->triangles) {
     const std::uint32_t a = parents_[t[0]], b = parents_[t[1]], c = parents_[t[2]];
     const bool is_gone = (a == b) | (b == c) | (c == a);
     const std::uint32_t none = is_gone ? kNone : 0;
     t = {a | none, b | none, c | none};
-    left_[left] = i;
     left += !is_gone;
   }
   assert(left == live_ && "collapses take away what they count");
-  left_.resize(left);
-  fans_.assign(mesh_->positions.size(), triangles, left_);
 }
 
 }  // namespace cornice::hlod

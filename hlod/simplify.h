@@ -9,7 +9,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <span>
 #include <vector>
 
 #include "core/base/vec.h"
@@ -44,19 +43,6 @@ struct SimplifyOptions {
   float max_error = std::numeric_limits<float>::infinity();
 };
 
-/// Which of some triangles have a vertex.
-class VertexFans {
- public:
-  void assign(std::size_t vertex_count, const std::vector<Triangle>& triangles,
-              const std::vector<std::uint32_t>& chosen);
-  std::span<const std::uint32_t> of(std::uint32_t vertex) const {
-    return {pool_.data() + begins_[vertex], begins_[vertex + 1] - begins_[vertex]};
-  }
-
- private:
-  std::vector<std::uint32_t> begins_, pool_;
-};
-
 /// Keeps its memory from block to block. Thread contract: one thread at a time.
 class Simplifier {
  public:
@@ -70,8 +56,10 @@ class Simplifier {
   const std::vector<std::uint32_t>& parents() const { return parents_; }
   /// Of each vertex the area of its triangles before any collapsed.
   const std::vector<float>& areas() const { return areas_; }
-  /// The triangles that are left.
-  const VertexFans& fans() const { return fans_; }
+  /// What lies round the vertices that are left.
+  const VertexLinks& links() const { return links_; }
+  /// Of each vertex x, y, z and a number of the simplifier's own.
+  const std::vector<Float4>& places() const { return places_; }
   std::size_t triangle_count() const { return live_; }
   /// Whether a vertex was on a border of the surface before it went.
   bool is_border(std::uint32_t vertex) const { return kinds_[vertex] == Kind::kBorder; }
@@ -120,13 +108,12 @@ class Simplifier {
   std::size_t live_ = 0;
   std::uint32_t sweep_ = 0;
   VertexLinks links_;
-  VertexFans fans_;
   std::vector<Float4> places_;  ///< x, y, z; the longest way of what the vertex stands for
   std::vector<Quadric> quadrics_;
   std::vector<State> states_;
   std::vector<Kind> kinds_;
   std::vector<float> areas_;
-  std::vector<std::uint32_t> targets_, candidates_, gone_, left_, parents_;
+  std::vector<std::uint32_t> targets_, candidates_, gone_, parents_;
 };
 
 }  // namespace cornice::hlod

@@ -2,24 +2,23 @@
 #include "hlod/simplify_error.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "core/base/clones.h"
+
 namespace cornice::hlod {
 namespace {
 
+constexpr std::size_t kLanes = 8;
 /// Vertices round which a nearer foot is looked for.
 constexpr std::size_t kLookLimit = 24;
-/// Coarse triangles looked at for a way from foot to foot.
-constexpr std::size_t kSearchLimit = 64;
 /// A foot that is farther off than this part of the way to the parent may not be the nearest.
 constexpr float kFarFoot = 0.1f;
-
-constexpr std::uint32_t kLaneBits = kDistanceLanes - 1;
-constexpr std::array<std::size_t, 3> kNext{1, 2, 0};
+/// Low bits of a squared distance that say which triangle it is of, and whether beyond its rim.
+constexpr std::int32_t kFootBits = 15;
 
 float segment_distance(Vec3f p, Vec3f a, Vec3f b) {
   const Vec3f d = b - a;
@@ -28,372 +27,338 @@ float segment_distance(Vec3f p, Vec3f a, Vec3f b) {
   return norm(p - (a + s * d));
 }
 
-bool has(const Triangle& t, std::uint32_t v) {
-  return (int{t[0] == v} | int{t[1] == v} | int{t[2] == v}) != 0;
-}
-
-/// Which corner of its triangle a vertex is.
-std::size_t corner_of(std::uint32_t v, const Triangle& t) { return (t[1] == v) + 2u * (t[2] == v); }
-
-void put(std::array<Lanes, 3>& lanes, std::size_t lane, Vec3f v) {
-  lanes[0][lane] = v.x, lanes[1][lane] = v.y, lanes[2][lane] = v.z;
-}
-
-/// Where the rest [at, end] of a fine edge comes nearest to the coarse edge p-q. Moves `at` there
-/// and returns the distance. Ericson 2005, "Real-Time Collision Detection", 5.1.9.
-float pass_over(Vec3f p, Vec3f q, Vec3f end, Vec3f& at) {
-  const Vec3f u = end - at, v = q - p, w = at - p;
-  const float uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), uw = dot(u, w), vw = dot(v, w);
-  const float square = uu * vv - uv * uv;
-  float s = square > 0 ? std::clamp((uv * vw - uw * vv) / square, 0.0f, 1.0f) : 0.0f;
-  float t = vv > 0 ? (uv * s + vw) / vv : 0.0f;
-  if (!(t >= 0 && t <= 1)) {
-    t = t > 1 ? 1.0f : 0.0f;
-    s = uu > 0 ? std::clamp((t * uv - uw) / uu, 0.0f, 1.0f) : 0.0f;
-  }
-  at = at + s * u;
-  return norm(at - (p + t * v));
+CORNICE_INLINE void gather_vectors(const Float4* points, const std::uint32_t* names,
+                                   VectorLanes& to) {
+  gather_points(points, names, to.x, to.y, to.z);
 }
 
 }  // namespace
 
-void StepError::prepare(const SimplifyMesh& mesh, const Simplifier& simplifier,
-                        std::span<const Vec3f> fine, std::span<const Triangle> original,
-                        std::span<const std::uint8_t> shared) {
-  mesh_ = &mesh;
+void StepError::prepare(const Simplifier& simplifier, std::span<const Float4> fine,
+                        std::span<const Triangle> original, std::span<const std::uint8_t> shared) {
   simplifier_ = &simplifier;
   fine_ = fine;
   original_ = original;
-  const std::size_t count = mesh.positions.size();
-  feet_.assign(count, kNone);
-  own_.assign(count, 0);
+  shared_ = shared;
+  const std::size_t count = fine.size();
+  feet_.resize(count);
   first_.assign(count, kNone);
   next_.resize(count);
   within_.resize(count);
   for (std::uint32_t v = 0; v < count; ++v) {
     within_[v] = simplifier.is_inside(v) && (shared.empty() || shared[v] == 0);
     const std::uint32_t parent = simplifier.parents()[v];
+    feet_[v] = {{v, v, v}, 0};
     if (parent != v) next_[v] = std::exchange(first_[parent], v);
   }
-  for (std::uint32_t v = 0; v < count; ++v) {
+  find_all_feet();
+}
+
+CORNICE_CLONES void StepError::find_all_feet() {
+  for (std::uint32_t v = 0; v < first_.size(); ++v) {
     if (first_[v] != kNone) find_feet(v);
   }
 }
 
-void StepError::gather(std::uint32_t vertex, Fan& fan) const {
-  const std::span<const std::uint32_t> triangles = simplifier_->fans().of(vertex);
-  const std::vector<Vec3f>& positions = mesh_->positions;
-  const Vec3f at = positions[vertex];
-  fan.lanes.resize((triangles.size() + kDistanceLanes - 1) / kDistanceLanes);
-  fan.triangles.resize(fan.lanes.size() * kDistanceLanes);
-  for (std::size_t i = 0; i < fan.triangles.size(); ++i) {
-    const std::uint32_t triangle = triangles[i < triangles.size() ? i : 0];
-    const Triangle& t = mesh_->triangles[triangle];
-    const std::size_t corner = corner_of(vertex, t);
-    const std::size_t next = kNext[corner];
-    FanLanes& lanes = fan.lanes[i / kDistanceLanes];
-    put(lanes.next, i % kDistanceLanes, positions[t[next]] - at);
-    put(lanes.prev, i % kDistanceLanes, positions[t[kNext[next]]] - at);
-    fan.triangles[i] = triangle;
+CORNICE_INLINE void StepError::gather(std::uint32_t vertex, Fan& fan) const {
+  const VertexLinks& links = simplifier_->links();
+  const std::size_t triangles = links.triangle_count(vertex);
+  fan.lanes.resize((triangles + kLanes - 1) / kLanes);
+  const std::size_t filled = fan.lanes.size() * kLanes;
+  if (fan.next.size() < filled) fan.next.resize(filled), fan.prev.resize(filled);
+  std::size_t count = 0;
+  links.for_each_arc(vertex, [&](std::uint32_t from, std::uint32_t to) {
+    fan.next[count] = from, fan.prev[count] = to, ++count;
+  });
+  for (; count < filled; ++count) fan.next[count] = fan.next[0], fan.prev[count] = fan.prev[0];
+  const Float4* const places = simplifier_->places().data();
+  const Float4 at = places[vertex];
+  const VectorLanes middle{Float8{} + at[0], Float8{} + at[1], Float8{} + at[2]};
+  for (std::size_t f = 0; f < fan.lanes.size(); ++f) {
+    FanLanes& lanes = fan.lanes[f];
+    VectorLanes next, prev;
+    gather_vectors(places, &fan.next[f * kLanes], next);
+    gather_vectors(places, &fan.prev[f * kLanes], prev);
+    subtract(next, middle, lanes.next), subtract(prev, middle, lanes.prev);
+    measure_fan(lanes);
   }
-  for (FanLanes& lanes : fan.lanes) measure_fan(lanes);
 }
 
-/// The point is relative to the vertex in the fan's middle.
-StepError::Foot StepError::foot_in(const Fan& fan, Vec3f point) const {
-  Foot foot{std::numeric_limits<float>::infinity(), kNone, false};
+/// The foot of a point, relative to the vertex in the fan's middle, if it is nearer than what there
+/// is. Its distance is squared.
+CORNICE_INLINE void StepError::foot_in(const Fan& fan, std::uint32_t middle, Vec3f point,
+                                       Foot& foot) const {
   for (std::size_t f = 0; f < fan.lanes.size(); ++f) {
-    FanDistances distances;
-    distances_to_fan(fan.lanes[f], point, distances);
-    // Floats from 0 on are ordered as their bits are; with the lane in the lowest three the least
-    // is found without guessing which it is. They are rounded up where they serve as distances.
-    std::uint32_t least = kNone;
-    for (std::uint32_t i = 0; i < kDistanceLanes; ++i) {
-      const auto bits = std::bit_cast<std::uint32_t>(distances.square[i]);
-      least = std::min(least, (bits & ~kLaneBits) | i);
-    }
-    const float square = std::bit_cast<float>(least | kLaneBits);
-    if (!(square < foot.square)) continue;
-    const std::size_t lane = least & kLaneBits;
-    foot = {square, fan.triangles[f * kDistanceLanes + lane], distances.is_beyond[lane] != 0};
+    Float8 square;
+    Int8 is_beyond, bits;
+    distances_to_fan(fan.lanes[f], point, square, is_beyond);
+    // Floats from 0 on are ordered as their bits are; with the lane in the lowest the least is
+    // found without guessing which it is. They are rounded up where they serve as distances.
+    load_lanes(&square, bits);
+    const std::int32_t least =
+        least_of_lanes((bits & ~kFootBits) | (2 * kLaneNumbers) | (is_beyond & 1));
+    const auto nearest = std::bit_cast<float>(least | kFootBits);
+    if (!(nearest < std::abs(foot.distance))) continue;
+    const std::size_t place = f * kLanes + static_cast<std::size_t>(least & kFootBits) / 2;
+    foot.corners = {middle, fan.next[place], fan.prev[place]};
+    foot.distance = (least & 1) != 0 ? -nearest : nearest;
   }
-  return foot;
 }
 
 /// Feet of all that became one vertex.
-void StepError::find_feet(std::uint32_t parent) {
+CORNICE_INLINE void StepError::find_feet(std::uint32_t parent) {
   gather(parent, fan_);
-  const Vec3f at = mesh_->positions[parent];
+  const Float4 at = simplifier_->places()[parent];
   for (std::uint32_t v = first_[parent]; v != kNone; v = next_[v]) {
-    const Vec3f way = fine_[v] - at;
-    Foot foot = foot_in(fan_, way);
-    if (foot.triangle == kNone) {
-      own_[v] = norm(way);
-      continue;
-    }
-    if (foot.is_beyond || foot.square > kFarFoot * kFarFoot * dot(way, way)) {
-      look_round(v, parent, foot);
-    }
-    feet_[v] = foot.triangle;
-    own_[v] = std::sqrt(foot.square);
-    if (simplifier_->is_border(v)) own_[v] = std::max(own_[v], border_distance(v));
+    const Vec3f way = vector_of(fine_[v] - at);
+    const float way_square = dot(way, way);
+    Foot foot{{parent, parent, parent}, std::numeric_limits<float>::infinity()};
+    foot_in(fan_, parent, way, foot);
+    if (foot.is_point()) foot.distance = way_square;
+    const float distance = std::sqrt(std::abs(foot.distance));
+    const bool may_be_nearer =
+        foot.distance < 0 || (foot.distance > kFarFoot * kFarFoot * way_square && !foot.is_point());
+    foot.distance = may_be_nearer ? -distance : distance;
+    feet_[v] = foot;
+    // What several ranges have must have one foot for all of them.
+    const bool is_border = simplifier_->is_border(v);
+    if (may_be_nearer && (is_border || (!shared_.empty() && shared_[v] != 0))) look_round(v);
+    if (is_border) feet_[v].distance = std::max(feet_[v].distance, border_distance(v));
   }
 }
 
 /// Looks for a nearer foot round the foot's triangle, and on as long as there is one.
-void StepError::look_round(std::uint32_t vertex, std::uint32_t parent, Foot& foot) {
-  std::array<std::uint32_t, kLookLimit> seen{parent};
+CORNICE_CLONES void StepError::look_round(std::uint32_t vertex) {
+  Foot foot = feet_[vertex];
+  foot.distance *= foot.distance;
+  std::array<std::uint32_t, kLookLimit> seen{foot.corners[0]};
   std::size_t count = 1;
-  for (bool is_nearer = true; is_nearer;) {
+  for (bool is_nearer = true; is_nearer && count < seen.size();) {
     is_nearer = false;
-    const Triangle corners = mesh_->triangles[foot.triangle];
+    const Triangle corners = foot.corners;
     for (const std::uint32_t corner : corners) {
       if (std::find(seen.begin(), seen.begin() + count, corner) != seen.begin() + count) continue;
-      if (count == seen.size()) return;
+      if (count == seen.size()) break;
       seen[count++] = corner;
       gather(corner, farther_);
-      const Foot other = foot_in(farther_, fine_[vertex] - mesh_->positions[corner]);
-      if (other.square < foot.square) foot = other, is_nearer = true;
+      const float before = foot.distance;
+      foot_in(farther_, corner, vector_of(fine_[vertex] - simplifier_->places()[corner]), foot);
+      foot.distance = std::abs(foot.distance);
+      is_nearer |= foot.distance < before;
     }
   }
-}
-
-/// The triangle on the other side of the edge (e, e + 1) of a triangle, or kNone.
-std::uint32_t StepError::across(std::uint32_t triangle, std::size_t e) const {
-  const Triangle& t = mesh_->triangles[triangle];
-  const std::uint32_t to = t[kNext[e]];
-  for (const std::uint32_t other : simplifier_->fans().of(t[e])) {
-    if (other != triangle && has(mesh_->triangles[other], to)) return other;
-  }
-  return kNone;
+  feet_[vertex] = {foot.corners, std::sqrt(foot.distance)};
 }
 
 /// From a vertex that was on the border to the border next to its parent: a concave border that is
 /// cut short lies inside the coarse surface, but the coarse surface then lies outside of the fine.
 float StepError::border_distance(std::uint32_t vertex) const {
   const std::uint32_t parent = simplifier_->parents()[vertex];
-  float nearest = norm(fine_[vertex] - mesh_->positions[parent]);
-  for (const std::uint32_t t : simplifier_->fans().of(parent)) {
+  float nearest = norm(fine(vertex) - coarse(parent));
+  simplifier_->links().for_each_arc(parent, [&](std::uint32_t from, std::uint32_t to) {
+    const Triangle triangle{parent, from, to};
     for (std::size_t e = 0; e < 3; ++e) {
-      const Triangle& triangle = mesh_->triangles[t];
-      if (across(t, e) != kNone) continue;
-      nearest = std::min(nearest, segment_distance(fine_[vertex], mesh_->positions[triangle[e]],
-                                                   mesh_->positions[triangle[kNext[e]]]));
+      if (across(triangle, e) != kNone) continue;
+      nearest = std::min(nearest, segment_distance(fine(vertex), coarse(triangle[e]),
+                                                   coarse(triangle[e == 2 ? 0 : e + 1])));
     }
-  }
+  });
   return nearest;
 }
 
-/// Edges of the fine surface with the coarse edges that they may pass over, one or two with a
-/// common end.
-class StepError::Crossings {
- public:
-  Crossings(const StepError& step, float least) : error_(least), step_(step) {}
-
-  void over(std::uint32_t a, std::uint32_t b, std::uint32_t p, std::uint32_t q) {
-    add(a, b, p, q, once_);
-    if (once_.count == kDistanceLanes) settle(once_);
-  }
-  void over(std::uint32_t a, std::uint32_t b, std::uint32_t p, std::uint32_t q, std::uint32_t r) {
-    put(further_, twice_.count, step_.mesh_->positions[r]);
-    add(a, b, p, q, twice_);
-    if (twice_.count == kDistanceLanes) settle_twice();
-  }
-  void search(std::uint32_t a, std::uint32_t b) { error_ = std::max(error_, step_.search(a, b)); }
-  float error() {
-    settle(once_);
-    settle_twice();
-    return error_;
-  }
-
- private:
-  struct Batch {
-    SegmentLanes segments{};
-    Lanes distances{};
-    std::array<std::array<std::uint32_t, 2>, kDistanceLanes> edges{};
-    std::size_t count = 0;
-  };
-
-  void add(std::uint32_t a, std::uint32_t b, std::uint32_t p, std::uint32_t q, Batch& batch) {
-    put(batch.segments.a, batch.count, step_.fine_[a]);
-    put(batch.segments.b, batch.count, step_.fine_[b]);
-    put(batch.segments.p, batch.count, step_.mesh_->positions[p]);
-    put(batch.segments.q, batch.count, step_.mesh_->positions[q]);
-    batch.edges[batch.count++] = {a, b};
-  }
-  void settle_twice() {
-    pass_over_segments(twice_.segments, twice_.distances);
-    const Lanes first = twice_.distances;
-    twice_.segments.q = further_;
-    pass_over_segments(twice_.segments, twice_.distances);
-    for (std::size_t i = 0; i < twice_.count; ++i) {
-      twice_.distances[i] = std::max(twice_.distances[i], first[i]);
-    }
-    settle_measured(twice_);
-  }
-  void settle(Batch& batch) {
-    pass_over_segments(batch.segments, batch.distances);
-    settle_measured(batch);
-  }
-  /// Another way is looked for where this one is the farthest of all.
-  void settle_measured(Batch& batch) {
-    for (std::size_t i = 0; i < batch.count; ++i) {
-      const float distance = batch.distances[i];
-      if (distance <= error_) continue;
-      const float searched = step_.search(batch.edges[i][0], batch.edges[i][1]);
-      error_ = std::max(error_, std::min(distance, searched));
-    }
-    batch.count = 0;
-  }
-
-  float error_;
-  const StepError& step_;
-  Batch once_, twice_;
-  std::array<Lanes, 3> further_{};
-};
-
-/// Takes the edge from foot to foot over the coarse edge that the feet's triangles share, or by way
-/// of one triangle between them.
-void StepError::pass(std::uint32_t a, std::uint32_t b, Crossings& crossings) const {
-  const std::vector<Triangle>& triangles = mesh_->triangles;
-  if (feet_[b] == kNone) std::swap(a, b);
-  if (feet_[a] == kNone) return pass_from_vertex(a, b, crossings);
-  const Triangle &from = triangles[feet_[a]], &to = triangles[feet_[b]];
-  std::uint32_t p = kNone, q = kNone;
-  for (const std::uint32_t v : from) {
-    const bool is_shared = has(to, v);
-    q = is_shared ? p : q;
-    p = is_shared ? v : p;
-  }
-  if (p == kNone) return crossings.search(a, b);
-  if (q != kNone) return crossings.over(a, b, p, q);
-  for (const std::uint32_t t : simplifier_->fans().of(p)) {
-    const Triangle& triangle = triangles[t];
-    const std::size_t corner = corner_of(p, triangle);
-    const std::uint32_t next = triangle[kNext[corner]], prev = triangle[kNext[kNext[corner]]];
-    if (has(from, next) && has(to, prev)) return crossings.over(a, b, p, next, prev);
-    if (has(from, prev) && has(to, next)) return crossings.over(a, b, p, prev, next);
-  }
-  crossings.search(a, b);
+void StepError::Crossings::add(std::uint32_t from, std::uint32_t to, const Triangle& over) {
+  a[count] = from, b[count] = to, p[count] = over[0], q[count] = over[1], r[count] = over[2];
+  ++count;
 }
 
-/// The same from a vertex a that stays, over the third edge of one of its triangles.
-void StepError::pass_from_vertex(std::uint32_t a, std::uint32_t b, Crossings& crossings) const {
-  const std::vector<Triangle>& triangles = mesh_->triangles;
-  const std::uint32_t to = feet_[b];
-  for (const std::uint32_t t : simplifier_->fans().of(a)) {
-    const Triangle& triangle = triangles[t];
-    if (to == kNone) {
-      if (has(triangle, b)) return;
-      continue;
-    }
-    const std::size_t corner = corner_of(a, triangle);
-    const std::uint32_t next = triangle[kNext[corner]], prev = triangle[kNext[kNext[corner]]];
-    if (has(triangles[to], next) && has(triangles[to], prev)) {
-      return crossings.over(a, b, next, prev);
-    }
-  }
-  crossings.search(a, b);
+/// For as many edges, and for those that fill the last lanes up.
+void StepError::Crossings::make_room(std::size_t more) {
+  if (a.size() >= count + more + kLanes) return;
+  for (std::vector<std::uint32_t>* names : {&a, &b, &p, &q, &r})
+    names->resize(count + more + kLanes);
 }
 
-/// Triangles that a fine edge may pass on its way.
-struct StepError::Ways {
-  struct Passed {
-    std::uint32_t triangle, before;
-    bool is_left;   ///< its neighbours are here, too
-    float largest;  ///< distance at the edges on the way so far
-    Vec3f at;       ///< how far the fine edge has come
-  };
-  std::array<Passed, kSearchLimit> passed;
-  std::size_t count = 0;
-
-  void add(const Passed& way) {
-    for (std::size_t i = 0; i < count; ++i) {
-      if (passed[i].triangle != way.triangle) continue;
-      if (way.largest < passed[i].largest) passed[i] = way;
-      return;
-    }
-    if (count < kSearchLimit) passed[count++] = way;
+void StepError::Crossings::fill_up() {
+  for (std::size_t i = count; i < (count + kLanes - 1) / kLanes * kLanes; ++i) {
+    a[i] = a[0], b[i] = b[0], p[i] = p[0], q[i] = q[0], r[i] = r[0];
   }
-  /// The way that went least far off, or null.
-  Passed* next() {
-    Passed* least = nullptr;
-    for (std::size_t i = 0; i < count; ++i) {
-      if (passed[i].is_left) continue;
-      if (least == nullptr || passed[i].largest < least->largest) least = &passed[i];
-    }
-    return least;
-  }
-};
-
-/// From the foot of a to the foot of b over the coarse edges that are nearest to the fine one.
-float StepError::search(std::uint32_t a, std::uint32_t b) const {
-  // From a foot there is one triangle to begin with.
-  if (feet_[a] == kNone && feet_[b] != kNone) std::swap(a, b);
-  const std::vector<Triangle>& triangles = mesh_->triangles;
-  Ways ways;
-  const auto cross_edge = [&](std::uint32_t triangle, std::size_t e, Vec3f at, float largest,
-                              std::uint32_t before) {
-    const Triangle& t = triangles[triangle];
-    const std::uint32_t other = across(triangle, e);
-    if (other == kNone || other == before) return;
-    const float distance =
-        pass_over(mesh_->positions[t[e]], mesh_->positions[t[kNext[e]]], fine_[b], at);
-    ways.add({other, triangle, false, std::max(distance, largest), at});
-  };
-  if (feet_[a] != kNone) {
-    ways.add({feet_[a], kNone, false, 0, fine_[a]});
-  } else {
-    // A vertex that stays is a corner of its triangles; the way leads over the third edge.
-    for (const std::uint32_t t : simplifier_->fans().of(a)) {
-      const std::size_t corner = (triangles[t][1] == a) + 2u * (triangles[t][2] == a);
-      cross_edge(t, kNext[corner], fine_[a], 0, kNone);
-    }
-  }
-  while (Ways::Passed* const way = ways.next()) {
-    way->is_left = true;
-    const Ways::Passed from = *way;
-    const std::uint32_t t = from.triangle;
-    if (feet_[b] != kNone ? t == feet_[b] : has(triangles[t], b)) return from.largest;
-    for (std::size_t e = 0; e < 3; ++e) {
-      cross_edge(t, e, from.at, from.largest, from.before);
-    }
-  }
-  // No way there: what is certain is that distances grow no faster than the way along the edge.
-  return std::max(own_[a], own_[b]) + norm(fine_[b] - fine_[a]);
 }
 
-/// Whether a fine edge may have to pass over coarse edges: not where both its feet are on one
-/// triangle, and not where it is met again from its other side. Without branches, for which it is
-/// cannot be foretold.
-[[gnu::always_inline]] inline bool StepError::may_pass(std::uint32_t a, std::uint32_t b) const {
-  const std::uint32_t from = feet_[a], to = feet_[b];
-  const bool stays = from == kNone, ends = to == kNone;
-  // Of a vertex that stays and a foot; any triangle will do for two vertices or two feet.
-  const std::uint32_t other = stays ? to : from;
-  const Triangle& t = mesh_->triangles[other == kNone ? 0 : other];
-  const bool is_corner = (stays != ends) & has(t, stays ? a : b);
-  const bool is_within = (within_[a] | within_[b]) != 0;
-  // An edge between two vertices that stay does, too, where the surface is a manifold.
-  const bool is_again = (a > b) & is_within;
-  return ((from != to) | (stays & !is_within)) & !(is_again | is_corner);
-}
-
-float StepError::of(std::size_t begin, std::size_t end, float least) {
-  passing_.resize(std::max(passing_.size(), 3 * (end - begin)));
-  std::size_t count = 0;
+/// The edges of a range, without those that are met again from their other side. For which it is
+/// cannot be foretold, so there are no branches, here as below. Returns the largest distance of a
+/// vertex.
+float StepError::list_edges(std::size_t begin, std::size_t end, float least) {
+  edges_.resize(3 * (end - begin) + 1);
+  std::array<std::uint32_t, 2>* edge = edges_.data();
+  float open = 0;
   for (std::size_t i = begin; i < end; ++i) {
     const Triangle& t = original_[i];
     for (std::size_t e = 0; e < 3; ++e) {
-      const std::uint32_t a = t[e], b = t[kNext[e]];
-      least = std::max(least, own_[a]);
-      passing_[count] = {std::min(a, b), std::max(a, b)};
-      count += may_pass(a, b);
+      const std::uint32_t from = t[e], to = t[e == 2 ? 0 : e + 1];
+      const bool is_again = (from > to) & ((within_[from] | within_[to]) != 0);
+      *edge = {std::min(from, to), std::max(from, to)};
+      edge += !is_again;
+      const float distance = feet_[from].distance;
+      least = std::max(least, distance);
+      open = std::min(open, distance);
     }
   }
-  Crossings crossings(*this, least);
-  for (std::size_t i = 0; i < count; ++i) pass(passing_[i][0], passing_[i][1], crossings);
-  return crossings.error();
+  edges_.resize(static_cast<std::size_t>(edge - edges_.data()));
+  return -open > least ? settle_feet(least) : least;
+}
+
+/// Looks for nearer feet where that can make the largest distance smaller.
+float StepError::settle_feet(float error) {
+  for (const std::array<std::uint32_t, 2>& edge : edges_) {
+    for (const std::uint32_t v : edge) {
+      if (!(-feet_[v].distance > error)) continue;
+      look_round(v);
+      error = std::max(error, feet_[v].distance);
+    }
+  }
+  return error;
+}
+
+/// Takes the edges apart: those that pass over one coarse edge, others, and those with both feet on
+/// one triangle, which pass over none.
+void StepError::find_crossings() {
+  // Places of the corners that two triangles share, by their bits.
+  constexpr std::array<std::uint8_t, 8> kFirst{0, 0, 0, 0, 0, 0, 1, 0};
+  constexpr std::array<std::uint8_t, 8> kSecond{0, 0, 0, 1, 0, 2, 2, 0};
+  constexpr unsigned kTwo = 1u << 3 | 1u << 5 | 1u << 6;
+  once_.count = 0;
+  once_.make_room(edges_.size());
+  std::uint32_t *const to_a = once_.a.data(), *const to_b = once_.b.data();
+  std::uint32_t *const to_p = once_.p.data(), *const to_q = once_.q.data();
+  const Foot* const feet = feet_.data();
+  std::array<std::uint32_t, 2>* const edges = edges_.data();
+  std::size_t count = 0, others = 0;
+  for (std::size_t i = 0; i < edges_.size(); ++i) {
+    const auto [a, b] = edges[i];
+    Int4 of_a, of_b;
+    load_lanes(feet + a, of_a);
+    load_lanes(feet + b, of_b);
+    Int4 shared = (of_a == of_b) | (of_a == CORNICE_SHUFFLE4(of_b, of_b, 1, 2, 0, 3)) |
+                  (of_a == CORNICE_SHUFFLE4(of_b, of_b, 2, 0, 1, 3));
+    shared &= Int4{1, 2, 4, 0};
+    shared |= CORNICE_SHUFFLE4(shared, shared, 2, 3, 0, 1);
+    shared |= CORNICE_SHUFFLE4(shared, shared, 1, 0, 3, 2);
+    const auto bits = static_cast<unsigned>(shared[0]);
+    const bool ends = of_b[0] == of_b[1];
+    const bool passes = !((bits == 7) | (ends & (bits != 0)));
+    const bool is_once = passes & ((kTwo >> bits & 1) != 0);
+    const Triangle& corners = feet[a].corners;
+    const std::uint32_t p = corners[kFirst[bits]], q = corners[kSecond[bits]];
+    to_a[count] = a, to_b[count] = b, to_p[count] = std::min(p, q), to_q[count] = std::max(p, q);
+    count += is_once;
+    edges[others] = {a, b};
+    others += passes & !is_once;
+  }
+  once_.count = count;
+  edges_.resize(others);
+}
+
+/// Of an edge whose feet are not on triangles with a common edge.
+float StepError::pass(std::uint32_t a, std::uint32_t b, float error) {
+  if (feet_[b].is_point()) std::swap(a, b);
+  const bool found = feet_[a].is_point() ? pass_from_point(a, b) : pass_between(a, b);
+  return found ? error : pass_farther(a, b, error);
+}
+
+/// By way of one triangle between those of the feet.
+bool StepError::pass_between(std::uint32_t a, std::uint32_t b) {
+  const Foot &from = feet_[a], &to = feet_[b];
+  std::uint32_t p = kNone;
+  for (const std::uint32_t v : from.corners) p = to.has(v) ? v : p;
+  if (p == kNone) return false;
+  const Link& link = simplifier_->links().of(p);
+  if (link.is_loose()) return false;
+  const std::uint32_t of_from = places_in(link, from.corners);
+  const std::uint32_t of_to = places_in(link, to.corners);
+  const std::uint32_t on = one_place_on(link, of_from) & of_to;
+  const std::uint32_t back = one_place_on(link, of_to) & of_from;
+  if ((on | back) == 0) return false;
+  const auto place = first_place(on != 0 ? on : back);
+  const std::uint32_t prev = link.at[place];
+  const std::uint32_t next = link.at[place == 0 ? link.count() - 1 : place - 1];
+  twice_.add(a, b, {p, on != 0 ? next : prev, on != 0 ? prev : next});
+  return true;
+}
+
+/// Round the vertex that lies between the feet, or where that is the farthest of all, the way that
+/// is found.
+float StepError::pass_farther(std::uint32_t a, std::uint32_t b, float error) const {
+  const Foot &from = feet_[a], &to = feet_[b];
+  if (!to.is_point()) {
+    for (const std::uint32_t middle : to.corners) {
+      if (from.is_point() || from.has(middle)) {
+        if (go_round(a, b, middle) <= error) return error;
+      }
+    }
+  }
+  return std::max(error, search(a, b));
+}
+
+/// From a vertex a that stays, over the third edge of one of its triangles.
+bool StepError::pass_from_point(std::uint32_t a, std::uint32_t b) {
+  const Foot& to = feet_[b];
+  // An edge between two vertices that stay does, too, where the surface is a manifold.
+  if (to.is_point() && (within_[a] | within_[b]) != 0) return true;
+  const Link& link = simplifier_->links().of(feet_[a].corners[0]);
+  if (link.is_loose()) return false;
+  const std::uint32_t places = places_in(link, to.corners);
+  if (to.is_point()) return places != 0;
+  const std::uint32_t both = one_place_on(link, places) & places;
+  if (both == 0) return false;
+  const auto place = first_place(both);
+  const std::uint32_t next = link.at[place == 0 ? link.count() - 1 : place - 1];
+  once_.add(a, b, {next, link.at[place], next});
+  return true;
+}
+
+/// Another way is looked for where one of those that were measured is the farthest of all.
+float StepError::settle(const Crossings& crossings, std::size_t first, const Float8& square,
+                        float error) {
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    const float distance = std::sqrt(square[i]);
+    if (distance <= error) continue;
+    const float searched = search(crossings.a[first + i], crossings.b[first + i]);
+    error = std::max(error, std::min(distance, searched));
+  }
+  return error;
+}
+
+CORNICE_CLONES float StepError::settle_crossings(float error) {
+  once_.fill_up(), twice_.fill_up();
+  const Float4* const places = simplifier_->places().data();
+  VectorLanes a, b, p, q;
+  Float8 square;
+  for (std::size_t i = 0; i < once_.count; i += kLanes) {
+    gather_vectors(fine_.data(), &once_.a[i], a), gather_vectors(fine_.data(), &once_.b[i], b);
+    gather_vectors(places, &once_.p[i], p), gather_vectors(places, &once_.q[i], q);
+    pass_over_segments(a, b, p, q, square);
+    if (or_of_lanes(square > error * error) != 0) error = settle(once_, i, square, error);
+  }
+  for (std::size_t i = 0; i < twice_.count; i += kLanes) {
+    gather_vectors(fine_.data(), &twice_.a[i], a), gather_vectors(fine_.data(), &twice_.b[i], b);
+    gather_vectors(places, &twice_.p[i], p), gather_vectors(places, &twice_.q[i], q);
+    Float8 first;
+    pass_over_segments(a, b, p, q, first);
+    gather_vectors(places, &twice_.r[i], q);
+    pass_over_segments(a, b, p, q, square);
+    square = square > first ? square : first;
+    if (or_of_lanes(square > error * error) != 0) error = settle(twice_, i, square, error);
+  }
+  return error;
+}
+
+float StepError::of(std::size_t begin, std::size_t end, float least) {
+  float error = list_edges(begin, end, least);
+  find_crossings();
+  twice_.count = 0;
+  once_.make_room(edges_.size()), twice_.make_room(edges_.size());
+  for (const auto& [a, b] : edges_) error = pass(a, b, error);
+  return settle_crossings(error);
 }
 
 }  // namespace cornice::hlod

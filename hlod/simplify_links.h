@@ -2,6 +2,7 @@
 // Which vertices lie round a vertex, in order; changes as edges collapse.
 #pragma once
 
+#include <bit>
 #include <cassert>
 #include <cstdint>
 #include <span>
@@ -52,6 +53,18 @@ class VertexLinks {
     const Link& link = links_[vertex];
     if (link.is_loose()) return link.at[1];
     return link.count() - (link.count() != 0 && !link.is_closed());
+  }
+  /// Calls act(from, to) for each triangle (vertex, from, to).
+  template <class Act>
+  void for_each_arc(std::uint32_t vertex, const Act& act) const {
+    const Link& link = links_[vertex];
+    if (link.is_loose()) [[unlikely]] {
+      for (const Arc& arc : arcs_of(link)) act(arc.from, arc.to);
+      return;
+    }
+    const std::uint32_t count = link.count();
+    for (std::uint32_t i = 0; i + 1 < count; ++i) act(link.at[i], link.at[i + 1]);
+    if (link.is_closed()) act(link.at[count - 1], link.at[0]);
   }
   /// Of loose links found by going round; more than kMostRound triangles count as no fan.
   Fan fan(std::uint32_t vertex) const;
@@ -105,6 +118,33 @@ CORNICE_INLINE std::uint32_t place_in(const Link& link, std::uint32_t vertex) {
   load_lanes(link.at + 8, high);
   return static_cast<std::uint32_t>(
       or_of_lanes(((low == name) & kLaneNumbers) | ((high == name) & (kLaneNumbers + 8))));
+}
+
+/// The places at which a link that is not loose has any of three vertices, as bits.
+CORNICE_INLINE std::uint32_t places_in(const Link& link, const Triangle& names) {
+  const auto a = static_cast<std::int32_t>(names[0]), b = static_cast<std::int32_t>(names[1]);
+  const auto c = static_cast<std::int32_t>(names[2]);
+  Int4 bits{}, place{1, 2, 4, 8};
+  for (int i = 0; i < 4; ++i) {
+    Int4 lanes;
+    load_lanes(link.at + 4 * i, lanes);
+    bits |= ((lanes == a) | (lanes == b) | (lanes == c)) & place;
+    place <<= 4;
+  }
+  bits |= CORNICE_SHUFFLE4(bits, bits, 2, 3, 0, 1);
+  bits |= CORNICE_SHUFFLE4(bits, bits, 1, 0, 3, 2);
+  return static_cast<std::uint32_t>(bits[0]);
+}
+/// The first of some places, of which there is at least one.
+inline std::uint32_t first_place(std::uint32_t places) {
+  return static_cast<std::uint32_t>(__builtin_ctz(places));
+}
+/// Places with each one on; behind the last comes the first in a closed link, and nothing
+/// in an open one.
+inline std::uint32_t one_place_on(const Link& link, std::uint32_t places) {
+  const std::uint32_t count = link.count();
+  const std::uint32_t moved = places << 1, end = 1u << count;
+  return (moved & (end - 1)) | (link.is_closed() ? moved >> count : 0);
 }
 
 CORNICE_INLINE bool VertexLinks::has_any(std::uint32_t vertex,
