@@ -48,6 +48,22 @@ def share_folder():
     return os.path.join(os.path.dirname(ROOT), "config")
 
 
+def shipped_configs():
+    folder = share_folder()
+    names = sorted(os.listdir(folder)) if os.path.isdir(folder) else []
+    return [name for name in names if name.endswith(".yaml")]
+
+
+def config_path(name):
+    """The file that is named, or the one of this name that comes with the programs."""
+    if os.path.exists(name) or os.path.dirname(name):
+        return name
+    if name in shipped_configs():
+        return os.path.join(share_folder(), name)
+    raise RunError(USAGE, f"{name}: no such file; those that come along are "
+                          f"{', '.join(shipped_configs())}")
+
+
 def program_version(folder):
     try:
         shown = subprocess.run([os.path.join(folder, "cornice-index"), "--version"],
@@ -255,6 +271,7 @@ def locked(output):
 
 
 def run(arguments):
+    arguments.config = config_path(arguments.config)
     config = configuration.read(arguments.config, os.path.join(share_folder(),
                                                                "config.schema.json"))
     patterns = [os.path.abspath(name) for name in arguments.tiles] or config.get("tiles", [])
@@ -307,10 +324,12 @@ def parse(words):
     parser = argparse.ArgumentParser(prog="cornice-run", description=__doc__,
                                      epilog="A run that was stopped, or had failures, goes on where "
                                             "it was: give the same command again.")
-    parser.add_argument("config", metavar="CONFIG", help="YAML file, see config/")
-    parser.add_argument("tiles", nargs="*", metavar="TILE",
-                        help="instead of the configuration's: files, folders, patterns")
-    parser.add_argument("-o", "--output", metavar="FOLDER", help="instead of the configuration's")
+    parser.add_argument("config", metavar="CONFIG",
+                        help=f"YAML file, or one that comes along: {', '.join(shipped_configs())}")
+    parser.add_argument("tiles", nargs="*", metavar="TILE", default=[],
+                        help="files, folders or patterns, instead of those that CONFIG names")
+    parser.add_argument("-o", "--output", metavar="FOLDER",
+                        help="for the results, instead of the one that CONFIG names")
     parser.add_argument("-n", "--dry-run", action="store_true", help="says what would be done")
     parser.add_argument("--until", choices=stages.STAGES, default="", metavar="STAGE",
                         help="last stage to run: " + ", ".join(stages.STAGES))

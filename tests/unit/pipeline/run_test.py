@@ -176,6 +176,18 @@ class Survey(unittest.TestCase):
         self.assertEqual(code, 0, text)
         self.assertIn("cornice-run: warning: stitch: is odd as told", text)
 
+    def test_finds_a_configuration_that_comes_along_by_its_name(self):
+        tile = os.path.join(self.folder, "a.laz")
+        self.words[-1] = "lidarhd.yaml"
+        code, text, _ = self.run_it(tile, "-o", os.path.join(self.folder, "out"), "--dry-run")
+        self.assertEqual(code, 0, text)
+        self.assertIn("1 tile, 1,000 points", text)
+        self.words[-1] = "lidarhdd.yaml"
+        code, text, _ = self.run_it(tile)
+        self.assertEqual(code, 2)
+        self.assertIn("error: lidarhdd.yaml: no such file; those that come along are ", text)
+        self.assertIn("lidarhd.yaml", text)
+
     def test_warns_of_a_lattice_much_finer_than_the_points(self):
         # 1000 points on 100 m x 100 m: 0.1 a cell of 1 m.
         self.configure("step-m: 1\n")
