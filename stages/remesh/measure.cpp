@@ -120,16 +120,18 @@ std::vector<std::uint32_t> triangles_near(const WorkMesh& mesh, const std::vecto
 /// From places of the input to the result.
 class Forth {
  public:
-  Forth(const WorkMesh& mesh, const Reference& input, const MeasureLimits& limits)
+  Forth(const WorkMesh& mesh, const Reference& input, const MeasureLimits& limits, int threads)
       : mesh_(mesh),
         input_(input),
         limits_(limits),
         carrier_(input.positions().size(), Reference::kNoTriangle) {
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-      for (std::uint32_t s = mesh.sample_first[t]; s < mesh.sample_first[t + 1]; ++s) {
-        carrier_[mesh.samples[s]] = t;
+    parallel_for(mesh.triangles.size(), kGrain, threads, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t t = begin; t < end; ++t) {
+        for (std::uint32_t s = mesh.sample_first[t]; s < mesh.sample_first[t + 1]; ++s) {
+          carrier_[mesh.samples[s]] = static_cast<std::uint32_t>(t);
+        }
       }
-    }
+    });
   }
 
   Found run(const std::vector<Borrowing>& borrowings, int threads) const {
@@ -374,7 +376,7 @@ Distances measure_distances(const WorkMesh& mesh, const Reference& input,
                             const MeasureLimits& limits, const std::vector<Borrowing>& borrowings,
                             int threads) {
   Distances distances;
-  Found forth = Forth(mesh, input, limits).run(borrowings, threads);
+  Found forth = Forth(mesh, input, limits, threads).run(borrowings, threads);
   Found back = parallel_reduce(
       mesh.triangles.size(), 1024, threads, Found{},
       [&](std::size_t begin, std::size_t end) {

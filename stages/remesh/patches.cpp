@@ -113,18 +113,27 @@ Patches cut_patches(const WorkMesh& mesh, double side_m, double shift_x, double 
 void for_each_patch(const WorkMesh& mesh, const Patches& patches,
                     const std::vector<std::uint8_t>& chosen, int threads, Progress& progress,
                     const std::function<void(std::size_t index, Patch& patch)>& work) {
+  const auto count = [&](std::size_t index) {
+    return patches.first[index + 1] - patches.first[index];
+  };
+  std::vector<std::uint32_t> order;
+  for (std::uint32_t index = 0; index < patches.size(); ++index) {
+    if (count(index) > 0 && (chosen.empty() || chosen[index] != 0)) order.push_back(index);
+  }
+  // Largest first: all threads end at about the same time.
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return count(a) > count(b); });
   NumberPool pool(mesh.positions.size());
-  parallel_for(patches.size(), 1, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t index = begin; index < end; ++index) {
-      if (patches.first[index] == patches.first[index + 1]) continue;
-      if (!chosen.empty() && chosen[index] == 0) continue;
+  parallel_for(order.size(), 1, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint32_t index = order[i];
       check_cancelled(progress);
       auto numbers = pool.take();
       Patch patch;
       fill_patch(mesh, patches, index, *numbers, patch);
       pool.give_back(std::move(numbers));
       work(index, patch);
-      progress.advance(patches.first[index + 1] - patches.first[index]);
+      progress.advance(count(index));
     }
   });
 }

@@ -42,6 +42,8 @@ constexpr int kIdle = 2, kMostIdle = 6;
 /// Rounds of mending shapes; no more where one leaves this share of the thin triangles.
 constexpr int kMostShapeRounds = 3;
 constexpr double kShapesLeft = 0.9;
+/// Nor where so few of all triangles are thin.
+constexpr double kFewThin = 0.001;
 /// Beginnings anew with more of the input kept as it is.
 constexpr int kMostAttempts = 2;
 /// Places on new triangles lie so many spacings of the input apart while the mesh changes, and in
@@ -52,9 +54,10 @@ constexpr float kDoubt = 0.4f;
 constexpr float kFinalSpacing = 0.45f;
 /// Of that, where a first repair did not help.
 constexpr float kFineShare = 0.4f;
-/// Largest number of triangles of a patch to aim at: half-edges and boxes stay in the second-level
-/// cache.
-constexpr double kPatchTriangles = 60000.0;
+/// Number of triangles of a patch to aim at: what is kept of each stays in the second-level cache,
+/// and there are enough patches to share out.
+constexpr double kDecimationPatch = 60000.0;
+constexpr double kPatch = 6000.0;
 /// Shifts of the grid of patches, pass by pass: rims of one pass lie inside patches of the next.
 constexpr double kShifts[][2] = {{0.0, 0.0},   {0.5, 0.5}, {0.25, 0.75}, {0.75, 0.25},
                                  {0.125, 0.4}, {0.6, 0.9}, {0.35, 0.1},  {0.9, 0.65}};
@@ -194,13 +197,14 @@ class Remeshing {
     borrowings_.clear();
   }
 
-  PatchGrid grid(int pass, double triangle_area) const {
+  PatchGrid grid(int pass, double area) const {
     const auto& shift = kShifts[static_cast<std::size_t>(pass) % std::size(kShifts)];
-    return {std::sqrt(kPatchTriangles * std::max(triangle_area, 1e-9)), shift[0], shift[1]};
+    return {std::sqrt(std::max(area, 1e-9)), shift[0], shift[1]};
   }
 
   void decimate_all(const Reference& reference) {
-    const double area = 0.45 * static_cast<double>(spacing_) * static_cast<double>(spacing_);
+    const double area =
+        kDecimationPatch * 0.45 * static_cast<double>(spacing_) * static_cast<double>(spacing_);
     const DecimateLimits limits{static_cast<float>(kQuadricShare * options_.max_error_m),
                                 sizes_.max_edge_m,
                                 {kDecimationShare * sizes_.error_m, kGuardSpacing * spacing_,
@@ -243,7 +247,7 @@ class Remeshing {
       grade_sizes(work_, sizes_);
       RelaxLimits limits = relax_;
       if (pass + 1 < options_.passes) limits.rounds = kEarlyRounds;
-      relax_pass(work_, reference, grid(pass, 0.4 * mean_area()), limits, options_.threads,
+      relax_pass(work_, reference, grid(pass, kPatch * mean_area()), limits, options_.threads,
                  no_progress());
       check_cancelled(progress_);
       progress_.advance(1);
@@ -319,14 +323,17 @@ class Remeshing {
       left = repair(reference);
       const std::size_t before = thin;
       thin = thin_triangles();
-      if (static_cast<double>(thin) > kShapesLeft * static_cast<double>(before)) break;
+      if (static_cast<double>(thin) > kShapesLeft * static_cast<double>(before) ||
+          static_cast<double>(thin) < kFewThin * static_cast<double>(work_.triangles.size())) {
+        break;
+      }
     }
     return left;
   }
 
   /// Small patches: few of them have something to mend.
   PatchGrid mend_grid(int round) const {
-    PatchGrid local = grid(round, 0.4 * mean_area());
+    PatchGrid local = grid(round, kPatch * mean_area());
     local.side_m = std::min(local.side_m, 40.0 * static_cast<double>(spacing_));
     return local;
   }
