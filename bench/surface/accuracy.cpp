@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "bench/surface/accuracy.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
 
 #include "core/base/parallel.h"
 #include "core/mesh/triangle_tree.h"
@@ -46,16 +48,68 @@ std::vector<Vec3f> points_of(const Mesh& mesh) {
   return points;
 }
 
-std::vector<float> distances_to_points(const std::vector<Vec3f>& places, Vec3d origin,
-                                       const OrientedPoints& points, double cap_m, int threads) {
+Support support_at(const std::vector<Vec3f>& places, Vec3d origin, const OrientedPoints& points,
+                   double cap_m, int threads) {
   Mesh mesh;
   mesh.origin = origin;
   mesh.positions = places;
   SupportOptions options;
   options.cap_m = cap_m;
   options.threads = threads;
-  return measure_support(mesh, points, options).distance_m;
+  return measure_support(mesh, points, options);
 }
+
+constexpr std::array kDensities{2.0f, 4.0f, 8.0f, 12.0f, 16.0f, 24.0f};  ///< points/m²
+constexpr std::array kBends{"concave", "flat", "convex"};
+constexpr std::size_t kParts = kDensities.size() + 1 + kBends.size();
+
+std::string part_name(std::size_t part) {
+  const auto whole = [](float v) { return std::to_string(static_cast<int>(v)); };
+  if (part > kDensities.size()) return kBends[part - kDensities.size() - 1];
+  if (part == 0) return "< " + whole(kDensities[0]);
+  if (part == kDensities.size()) return ">= " + whole(kDensities.back());
+  return whole(kDensities[part - 1]) + "-" + whole(kDensities[part]);
+}
+
+std::size_t density_part(float density) {
+  return static_cast<std::size_t>(std::upper_bound(kDensities.begin(), kDensities.end(), density) -
+                                  kDensities.begin());
+}
+
+/// How the normals of the ground spread around a place of it, per metre along two ways across each
+/// other: twice the mean curvature, positive on edges that stick out.
+double bend(const simulate::Scene& scene, const GroundPoint& at) {
+  constexpr double kReachM = 0.5;
+  const Vec3d u = normalized(
+      cross(at.normal, std::abs(at.normal.z) < 0.9 ? Vec3d{0.0, 0.0, 1.0} : Vec3d{1.0, 0.0, 0.0}));
+  double sum = 0.0;
+  for (const Vec3d way : {u, cross(at.normal, u)}) {
+    const GroundPoint a = nearest_ground(scene, at.at + way * kReachM);
+    const GroundPoint b = nearest_ground(scene, at.at - way * kReachM);
+    if (a.found && b.found) sum += dot(a.normal - b.normal, way) / (2.0 * kReachM);
+  }
+  return sum;
+}
+
+std::size_t bend_part(double bend) {
+  constexpr double kBent = 0.5;  ///< 1/m
+  return kDensities.size() + 1 + (bend < -kBent ? 0u : bend > kBent ? 2u : 1u);
+}
+
+/// Parts of ground that looks up, then of overhangs.
+struct PartSums {
+  std::array<std::size_t, 2 * kParts> count{};
+  std::array<double, 2 * kParts> sum{}, squares{};
+
+  void add(bool overhang, std::size_t part, double off) {
+    const std::size_t at = overhang * kParts + part;
+    ++count[at], sum[at] += off, squares[at] += off * off;
+  }
+  static void join(PartSums& all, const PartSums& part) {
+    for (std::size_t p = 0; p < 2 * kParts; ++p)
+      all.count[p] += part.count[p], all.sum[p] += part.sum[p], all.squares[p] += part.squares[p];
+  }
+};
 
 }  // namespace
 
@@ -79,8 +133,9 @@ AccuracyJudge::AccuracyJudge(const Ground& ground, const AccuracyOptions& option
     centres.push_back((on_ground.at - truth.origin).cast<float>());
     all.push_back({on_ground.at, 0.5 * norm(turned), on_ground.normal.z < 0.0});
   }
-  const std::vector<float> support = distances_to_points(centres, truth.origin, ground.points,
-                                                         2.0 * options.measured_m, options.threads);
+  const std::vector<float> support =
+      support_at(centres, truth.origin, ground.points, 2.0 * options.measured_m, options.threads)
+          .distance_m;
   for (std::size_t s = 0; s < all.size(); ++s) {
     if (support[s] <= options.measured_m) samples_.push_back(all[s]);
   }
@@ -88,8 +143,9 @@ AccuracyJudge::AccuracyJudge(const Ground& ground, const AccuracyOptions& option
 
 void AccuracyJudge::forth(const Mesh& mesh, Accuracy& accuracy) const {
   const std::vector<Vec3f> points = points_of(mesh);
-  const std::vector<float> support = distances_to_points(
-      points, mesh.origin, ground_.points, 2.0 * options_.measured_m, options_.threads);
+  const std::vector<float> support =
+      support_at(points, mesh.origin, ground_.points, 2.0 * options_.measured_m, options_.threads)
+          .distance_m;
   const Sums sums = parallel_reduce(
       points.size(), kGrain, options_.threads, Sums{},
       [&](std::size_t begin, std::size_t end) {
@@ -132,6 +188,36 @@ Accuracy AccuracyJudge::judge(const Mesh& mesh) const {
   forth(mesh, accuracy);
   back(mesh, accuracy);
   return accuracy;
+}
+
+std::vector<ErrorPart> AccuracyJudge::parts(const Mesh& mesh) const {
+  const std::vector<Vec3f> points = points_of(mesh);
+  const Support support =
+      support_at(points, mesh.origin, ground_.points, 2.0 * options_.measured_m, options_.threads);
+  const PartSums sums = parallel_reduce(
+      points.size(), kGrain, options_.threads, PartSums{},
+      [&](std::size_t begin, std::size_t end) {
+        PartSums part;
+        for (std::size_t p = begin; p < end; ++p) {
+          const Vec3d at = mesh.origin + points[p].cast<double>();
+          if (support.distance_m[p] > options_.measured_m || !counts(at)) continue;
+          const GroundPoint truth = nearest_ground(*ground_.scene, at);
+          if (!truth.found) continue;
+          const double off = dot(at - truth.at, truth.normal);
+          part.add(truth.normal.z < 0.0, density_part(support.density[p]), off);
+          part.add(truth.normal.z < 0.0, bend_part(bend(*ground_.scene, truth)), off);
+        }
+        return part;
+      },
+      PartSums::join);
+  std::vector<ErrorPart> parts;
+  for (std::size_t p = 0; p < 2 * kParts; ++p) {
+    if (sums.count[p] == 0) continue;
+    const auto count = static_cast<double>(sums.count[p]);
+    parts.push_back({(p < kParts ? "up " : "over ") + part_name(p % kParts), sums.count[p],
+                     std::sqrt(sums.squares[p] / count), sums.sum[p] / count});
+  }
+  return parts;
 }
 
 Mesh dem_mesh(const Ground& ground, double step_m) {

@@ -2,6 +2,7 @@
 // How far a surface lies from the ground, and how much of the ground it has.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "bench/surface/ground.h"
@@ -27,11 +28,24 @@ struct Accuracy {
   std::size_t samples = 0, overhang_samples = 0;
 };
 
+/// A part of the ground, and how a surface lies there: vertices and triangle centroids.
+struct ErrorPart {
+  std::string name;
+  std::size_t samples = 0;
+  double rms = 0.0;   ///< distance from the ground, metres
+  double mean = 0.0;  ///< signed, positive out of the ground: a bias
+};
+
 /// Judges meshes against one ground. Ground looks below the horizon where its normal points down.
 class AccuracyJudge {
  public:
   AccuracyJudge(const Ground& ground, const AccuracyOptions& options);
   Accuracy judge(const Mesh& mesh) const;
+  /// The same distances by what the ground is like: of ground that looks up ("up") and of
+  /// overhangs ("over") by the measured points per square metre of surface within 1 m ("up 2-4"),
+  /// and by how its normals turn within half a metre ("over convex": apart by more than 0.5 per
+  /// metre, a radius of 2 m where it bends one way).
+  std::vector<ErrorPart> parts(const Mesh& mesh) const;
 
  private:
   struct Sample {

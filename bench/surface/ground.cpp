@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "bench/programs.h"
+#include "core/base/parallel.h"
 #include "core/io/flight_lines_file.h"
 #include "core/io/las.h"
 #include "stages/normals/normals.h"
@@ -72,6 +73,24 @@ Ground fly_ground(const GroundPlan& plan, const std::filesystem::path& programs,
   ground.points.quality = std::move(oriented.quality);
   std::filesystem::remove_all(folder);
   return ground;
+}
+
+OrientedPoints with_known(const Ground& ground, Known known, int threads) {
+  constexpr std::size_t kGrain = 4096;
+  OrientedPoints points = ground.points;
+  const bool places = known == Known::kPlaces || known == Known::kBoth;
+  const bool normals = known == Known::kNormals || known == Known::kBoth;
+  if (!places && !normals) return points;
+  parallel_for(points.positions.size(), kGrain, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p) {
+      const GroundPoint truth =
+          nearest_ground(*ground.scene, points.origin + points.positions[p].cast<double>());
+      if (!truth.found) continue;
+      if (places) points.positions[p] = (truth.at - points.origin).cast<float>();
+      if (normals) points.normals[p] = truth.normal.cast<float>();
+    }
+  });
+  return points;
 }
 
 GroundPoint nearest_ground(const simulate::Scene& scene, Vec3d p) {

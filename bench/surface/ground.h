@@ -33,6 +33,11 @@ struct Ground {
 Ground fly_ground(const GroundPlan& plan, const std::filesystem::path& programs,
                   const std::filesystem::path& folder, int threads);
 
+/// The oriented points with what the scene knows: moved onto the ground, with the ground's normals,
+/// or both. Points whose place on the ground is not found stay as they are.
+enum class Known { kNothing, kPlaces, kNormals, kBoth };
+OrientedPoints with_known(const Ground& ground, Known known, int threads);
+
 /// A point of the ground near `p`: the zero of its implicit function along the gradient. `p`'s
 /// distance from it is p's distance from the ground to second order.
 struct GroundPoint {
