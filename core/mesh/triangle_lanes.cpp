@@ -23,6 +23,18 @@ inline double clamp_unit(double x) { return smaller(larger(x, 0.0), 1.0); }
 /// Added to what is divided by: edges without length and triangles without area divide zero by it.
 constexpr double kTiny = 1e-300;
 
+/// Bit k where square[k] is no larger than the bound; all of them go to `distance_sq`, which may be
+/// anywhere, so the loops before this one fill an array of their own.
+template <class T>
+inline std::uint32_t keep_near(const T (&square)[kLanes], T bound_sq, T (&distance_sq)[kLanes]) {
+  std::uint32_t mask = 0;
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    mask |= square[k] <= bound_sq ? std::uint32_t{1} << k : 0;
+    distance_sq[k] = square[k];
+  }
+  return mask;
+}
+
 }  // namespace
 
 CORNICE_WIDE_CLONES std::uint32_t near_boxes(const BoxLanes& boxes, const float (&p)[3],
@@ -34,12 +46,7 @@ CORNICE_WIDE_CLONES std::uint32_t near_boxes(const BoxLanes& boxes, const float 
     const float z = larger(larger(boxes.low[2][k] - p[2], p[2] - boxes.high[2][k]), 0.0f);
     square[k] = x * x + y * y + z * z;
   }
-  std::uint32_t mask = 0;
-  for (std::size_t k = 0; k < kLanes; ++k) {
-    mask |= square[k] <= bound_sq ? std::uint32_t{1} << k : 0;
-    distance_sq[k] = square[k];
-  }
-  return mask;
+  return keep_near(square, bound_sq, distance_sq);
 }
 
 CORNICE_WIDE_CLONES std::uint32_t near_triangles(const TriangleLanes& triangles,
@@ -100,12 +107,7 @@ CORNICE_WIDE_CLONES std::uint32_t near_triangles(const TriangleLanes& triangles,
     const double z = ap[2] - u * ab[2] - v * ac[2];
     square[k] = x * x + y * y + z * z;
   }
-  std::uint32_t mask = 0;
-  for (std::size_t k = 0; k < kLanes; ++k) {
-    mask |= square[k] <= bound_sq ? std::uint32_t{1} << k : 0;
-    distance_sq[k] = square[k];
-  }
-  return mask;
+  return keep_near(square, bound_sq, distance_sq);
 }
 
 }  // namespace cornice

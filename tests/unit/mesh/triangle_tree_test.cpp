@@ -2,10 +2,6 @@
 // A second opinion on nearest points: CGAL's tree, in double precision.
 #include "core/mesh/triangle_tree.h"
 
-#include <CGAL/AABB_traits.h>
-#include <CGAL/AABB_tree.h>
-#include <CGAL/AABB_triangle_primitive.h>
-#include <CGAL/Simple_cartesian.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,25 +12,10 @@
 #include "core/base/random.h"
 #include "core/mesh/surface_distance.h"
 #include "tests/support/meshes.h"
+#include "tests/support/solids.h"
 
 namespace cornice {
 namespace {
-
-using Kernel = CGAL::Simple_cartesian<double>;
-using Solids = std::vector<Kernel::Triangle_3>;
-using Tree = CGAL::AABB_tree<
-    CGAL::AABB_traits<Kernel, CGAL::AABB_triangle_primitive<Kernel, Solids::iterator>>>;
-
-Kernel::Point_3 point(Vec3f p) { return {p.x, p.y, p.z}; }
-
-Solids solids(const Mesh& mesh) {
-  Solids all;
-  for (const auto& t : mesh.triangles) {
-    all.emplace_back(point(mesh.positions[t[0]]), point(mesh.positions[t[1]]),
-                     point(mesh.positions[t[2]]));
-  }
-  return all;
-}
 
 Mesh rough_ground() {
   return test::height_mesh(0, 0, 60, 0.5, [](double x, double y) {
@@ -48,15 +29,15 @@ Mesh rough_ground() {
 TEST(TriangleTree, FindsTheDistancesThatCgalFinds) {
   const Mesh mesh = rough_ground();
   const TriangleTree tree(mesh.positions, mesh.triangles, 2);
-  Solids all = solids(mesh);
-  const Tree cgal(all.begin(), all.end());
+  test::Solids all = test::solids(mesh);
+  const test::SolidTree cgal(all.begin(), all.end());
   for (std::uint64_t i = 0; i < 3000; ++i) {
     CounterRandom random(2, 0, i);
     const Vec3f p =
         Vec3d{random.uniform(-5, 35), random.uniform(-5, 35), random.uniform(-8, 8)}.cast<float>();
     const NearestPoint found = tree.nearest(p);
     ASSERT_TRUE(found.found());
-    const double expected = std::sqrt(cgal.squared_distance(point(p)));
+    const double expected = std::sqrt(cgal.squared_distance(test::solid_point(p)));
     EXPECT_NEAR(std::sqrt(found.distance_sq), expected, 1e-5);
     EXPECT_NEAR(norm(tree.point(found) - p), expected, 1e-5);
     // A guess, even a bad one, changes nothing.

@@ -2,12 +2,6 @@
 // Remeshing against known surfaces; distances by CGAL's tree, a second opinion on ours.
 #include "stages/remesh/remesh.h"
 
-// Its check at the start of the program stops under valgrind, which knows one way of rounding only.
-#define CGAL_DISABLE_ROUNDING_MATH_CHECK
-#include <CGAL/AABB_traits.h>
-#include <CGAL/AABB_tree.h>
-#include <CGAL/AABB_triangle_primitive.h>
-#include <CGAL/Simple_cartesian.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,30 +11,21 @@
 #include "core/mesh/surface_distance.h"
 #include "core/mesh/topology.h"
 #include "tests/support/meshes.h"
+#include "tests/support/solids.h"
 
 namespace cornice::remesh {
 namespace {
 
-using Kernel = CGAL::Simple_cartesian<double>;
-using Solids = std::vector<Kernel::Triangle_3>;
-using Tree = CGAL::AABB_tree<
-    CGAL::AABB_traits<Kernel, CGAL::AABB_triangle_primitive<Kernel, Solids::iterator>>>;
-
-Kernel::Point_3 point(Vec3f p) { return {p.x, p.y, p.z}; }
-
 /// Largest distance of points of `from`, about spacing_m apart, from `to`.
 double distance_by_cgal(const Mesh& from, const Mesh& to, float spacing_m) {
-  Solids all;
-  for (const Triangle& t : to.triangles) {
-    all.emplace_back(point(to.positions[t[0]]), point(to.positions[t[1]]),
-                     point(to.positions[t[2]]));
-  }
-  const Tree tree(all.begin(), all.end());
+  test::Solids all = test::solids(to);
+  const test::SolidTree tree(all.begin(), all.end());
   double worst = 0.0;
   for (const Triangle& t : from.triangles) {
     std::vector<Vec3f> samples{from.positions[t[0]], from.positions[t[1]], from.positions[t[2]]};
     sample_triangle(samples[0], samples[1], samples[2], spacing_m, samples);
-    for (const Vec3f p : samples) worst = std::max(worst, tree.squared_distance(point(p)));
+    for (const Vec3f p : samples)
+      worst = std::max(worst, tree.squared_distance(test::solid_point(p)));
   }
   return std::sqrt(worst);
 }
