@@ -206,14 +206,17 @@ void Layer::stream(const std::vector<std::uint32_t>& missing, const UploadLimit&
   counts_.uploaded_bytes = 0;
   rows_.clear();
   for (const std::uint32_t c : missing) {
+    const bool may_upload = has_room();
     bool is_held = true;
     for (std::uint32_t part = 0; part < tree_.cells[c].parts; ++part) {
       const std::uint32_t row = tree_.cells[c].first_node + part;
-      if (cells.holds({id_, row}) || store_.find(row)) continue;
+      if (cells.holds({id_, row})) continue;
+      // The store knows best what it has: it is asked about each only where that is of use now.
+      if (may_upload && store_.find(row)) continue;
       is_held = false;
       rows_.push_back(row);
     }
-    if (is_held && has_room()) upload(c, cells, frame);
+    if (is_held && may_upload) upload(c, cells, frame);
   }
   store_.want(rows_);
 }
@@ -261,7 +264,9 @@ const DrawList& Layer::update(const LayerView& view, GpuCells& cells, std::uint6
   keep_need(cells, frame);
   auto missing = missing_of_need();
   counts_.cells_missing = static_cast<std::uint32_t>(missing.size());
+  double upload_seconds = view.seconds;
   if (missing.empty() && norm(view.velocity) > 0.0) {
+    upload_seconds *= view.ahead_share;
     const hlod::FinePoint ahead =
         hlod::fine_eye(view.camera.eye + kAheadSeconds * view.velocity, tree_.lattice);
     missing = hlod::wanted_cells(
@@ -269,8 +274,9 @@ const DrawList& Layer::update(const LayerView& view, GpuCells& cells, std::uint6
         hlod::scaled(hlod::radii_for_eye(tree_, reaches_, ahead), share_, tree_.metric), ahead,
         wider_);
   }
-  stream(missing, {view.upload_bytes_per_s * view.seconds, view.upload_time_share * view.seconds},
-         cells, frame);
+  stream(missing,
+         {view.upload_bytes_per_s * upload_seconds, view.upload_time_share * upload_seconds}, cells,
+         frame);
   const double share = has_radii_ ? 1.0 - std::exp(-view.seconds / kRadiiSeconds) : 1.0;
   radii_ = hlod::blended(has_radii_ ? radii_ : target, target, share, tree_.metric);
   has_radii_ = true;

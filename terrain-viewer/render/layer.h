@@ -28,6 +28,7 @@ struct LayerView {
   Vec3d velocity;                     ///< of the eye, metres a second: what comes is read ahead
   double upload_bytes_per_s = 192e6;  ///< to the GPU, but one cell a frame at least
   double upload_time_share = 0.015;   ///< of `seconds` that uploads may take up, likewise
+  double ahead_share = 0.4;           ///< of both, for what is not needed yet
 };
 
 struct LayerCounts {

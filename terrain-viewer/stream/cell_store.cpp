@@ -114,9 +114,12 @@ void CellStore::want(const std::vector<std::uint32_t>& rows) {
   {
     const std::lock_guard lock(state_->mutex);
     state_->wanted.clear();
-    for (auto row = rows.rbegin(); row != rows.rend(); ++row)
-      if (!state_->held.contains(*row) && !state_->failed.contains(*row))
+    for (auto row = rows.rbegin(); row != rows.rend(); ++row) {
+      if (const auto found = state_->held.find(*row); found != state_->held.end())
+        state_->used.splice(state_->used.begin(), state_->used, found->second.place);
+      else if (!state_->failed.contains(*row))
         state_->wanted.push_back(*row);
+    }
     has_work = !state_->wanted.empty();
   }
   if (has_work) state_->work.notify_all();

@@ -36,7 +36,8 @@ class CellStore {
   CellStore& operator=(const CellStore&) = delete;
 
   /// Rows of the node table to be read, the most urgent first. Takes the place of what was wanted
-  /// before; what is being read goes on. Rows that have failed are left out.
+  /// before; what is being read goes on. Rows that have failed are left out; of those that are held
+  /// it counts as their use.
   void want(const std::vector<std::uint32_t>& rows);
   /// The cell where it is held: counts as its use. Empty otherwise.
   std::shared_ptr<const PackedCell> find(std::uint32_t row);
