@@ -9,17 +9,6 @@ namespace {
 
 constexpr Colour kBlack{0, 0, 0};
 
-/// Colours that a legend explains are lit less brightly, so that they stay what the legend shows.
-Style near_legend(Style style) {
-  constexpr double kSun = 0.9, kAmbient = 0.7;
-  const bool is_numbered = style.shading == Shading::kLevel || style.shading == Shading::kCell;
-  if (is_numbered || ramp_of(style)) {
-    style.sun_strength = kSun;
-    style.ambient = kAmbient;
-  }
-  return style;
-}
-
 }  // namespace
 
 Session::Session(const Options& options)
@@ -121,7 +110,7 @@ void Session::draw_part(Part part, const Split& split, FrameCounts& counts) {
   for (std::size_t i = 0; i < layers_.size(); ++i) {
     if (!looks_[i].is_visible) continue;
     if (part != Part::kWhole && has_two && (i == last) != (part == Part::kSecond)) continue;
-    Style style = near_legend(style_);
+    Style style = style_;
     style.opacity = looks_[i].opacity;
     const DrawCounts drawn = renderer_.draw(layers_[i]->list(), cells_, style, swipe);
     counts.triangles += drawn.triangles;
@@ -134,8 +123,7 @@ void Session::draw_panes(GLuint framebuffer, const LayerView& view, const Split&
                          FrameCounts& counts) {
   const Colour* clear = options_.has_sky ? nullptr : &kBlack;
   const auto begin = [&](int left) {
-    renderer_.begin(framebuffer, view.width, view.height, view.camera, near_legend(style_), clear,
-                    left);
+    renderer_.begin(framebuffer, view.width, view.height, view.camera, style_, clear, left);
   };
   const auto end = [&] {
     if (style_.shading == Shading::kOverdraw) counts.overdraw = renderer_.show_overdraw();

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <vector>
 
 #include "hlod/octahedral.h"
 #include "terrain-viewer/render/overdraw.h"
@@ -136,7 +137,9 @@ FrameBlock frame_block(const Camera& camera, int width, int height, const Style&
   block.contours = {static_cast<float>(style.contour_interval_m),
                     static_cast<float>(style.snow_line_m), static_cast<float>(style.tree_line_m),
                     0};
-  block.shading = {static_cast<int>(style.shading), swipe.side != 0 ? 1 : 0, 0, 0};
+  const bool is_numbered = style.shading == Shading::kLevel || style.shading == Shading::kCell;
+  block.shading = {static_cast<int>(style.shading), swipe.side != 0 ? 1 : 0,
+                   ramp || is_numbered ? 1 : 0, 0};
   block.swipe = {static_cast<float>(swipe.column), static_cast<float>(swipe.side),
                  static_cast<float>(std::fmod(camera.eye.x, kNoisePeriodM)),
                  static_cast<float>(std::fmod(camera.eye.y, kNoisePeriodM))};
@@ -155,6 +158,8 @@ struct TerrainRenderer::State {
   GlTexture ramp = make_ramp_texture(), drape_ramp = make_ramp_texture();
   DrapeTexture* drape = nullptr;
   GrowingBuffer records, commands, draw_indices;
+  std::vector<DrawRecord> drawn;    ///< memory that prepare() uses again
+  std::vector<DrawCommand> orders;  ///< likewise
   std::size_t draw_index_count = 0;
   Camera camera;
   std::unique_ptr<Overdraw> overdraw;
@@ -186,20 +191,20 @@ struct TerrainRenderer::State {
   /// Sends the list to the GPU and binds it; returns what a draw call would draw.
   DrawCounts prepare(const DrawList& list, const GpuCells& cells, Shading shading) {
     const DrawRecord shared = shared_record(list, camera.eye);
-    std::vector<DrawRecord> draws;
-    std::vector<DrawCommand> orders;
+    drawn.clear();
+    orders.clear();
     DrawCounts counts;
     for (const DrawList::Item& item : list.items) {
       orders.push_back({item.cell.index_count, 1, item.cell.first_index,
                         static_cast<std::int32_t>(item.cell.first_vertex),
-                        static_cast<std::uint32_t>(draws.size())});
-      draws.push_back(record_of(list, item, shared, camera.eye.z, shading == Shading::kCell));
+                        static_cast<std::uint32_t>(drawn.size())});
+      drawn.push_back(record_of(list, item, shared, camera.eye.z, shading == Shading::kCell));
       counts.triangles += item.cell.index_count / 3;
     }
-    counts.cells = static_cast<std::uint32_t>(draws.size());
-    records.write(draws.data(), draws.size() * sizeof(DrawRecord));
+    counts.cells = static_cast<std::uint32_t>(drawn.size());
+    records.write(drawn.data(), drawn.size() * sizeof(DrawRecord));
     commands.write(orders.data(), orders.size() * sizeof(DrawCommand));
-    bind(draws.size(), cells);
+    bind(drawn.size(), cells);
     return counts;
   }
 

@@ -41,7 +41,7 @@ vec3 natural(vec3 n, float height) {
   float snow_line = frame.contours.y + 200.0 * (grain - 0.5);
   float lies = smoothstep(snow_line - 60.0, snow_line + 60.0, height) *
                (1.0 - smoothstep(0.24, 0.40, steep));
-  return pow(mix(ground, snow, lies), vec3(2.2));
+  return decoded(mix(ground, snow, lies));
 }
 
 vec3 along_ramp(float value) {
@@ -66,6 +66,18 @@ vec3 surface_colour(vec3 n, float height) {
   }
 }
 
+// For colours that a legend explains: 1 where the ground faces the light, less elsewhere, so that
+// none is lighter than the legend says, and no other hue.
+float legend_shade(vec3 n) {
+  const vec3 kLuminance = vec3(0.2126, 0.7152, 0.0722);
+  const float kSun = 0.9, kAmbient = 0.7;
+  float low = kAmbient * dot(frame.ground_colour.rgb, kLuminance);
+  float high = kAmbient * dot(frame.sky_colour.rgb, kLuminance);
+  float sun = kSun * min(frame.sun.w, 1.0), middle = 0.5 * (low + high), half_way = high - middle;
+  float most = middle + length(vec3(0.0, 0.0, half_way) + sun * frame.sun.xyz);
+  return (middle + half_way * n.z + sun * max(dot(n, frame.sun.xyz), 0.0)) / most;
+}
+
 void main() {
   if (frame.shading.y == 1 && (gl_FragCoord.x - frame.swipe.x) * frame.swipe.y < 0.0) discard;
   vec3 n = normalize(normal);
@@ -84,10 +96,14 @@ void main() {
   vec3 ambient = mix(frame.ground_colour.rgb, frame.sky_colour.rgb, 0.5 + 0.5 * n.z) *
                  frame.sky_colour.w;
   vec3 light = ambient + vec3(1.0, 0.96, 0.88) * diffuse;
-  vec3 lit = colour * light;
+  float shade = legend_shade(n);
+  bool has_legend = frame.shading.z == 1 && !from_below;
+  vec3 lit = colour * (has_legend ? vec3(shade) : light);
   // A photograph has its own light and shade.
   bool is_photo = drape.what.x == 1;
-  lit = mix(lit, over.rgb * (is_photo ? mix(vec3(1.0), light, drape.texel.w) : light), over.a);
+  lit = mix(lit, over.rgb * (is_photo ? mix(vec3(1.0), light, drape.texel.w) : vec3(shade)), over.a);
+  // How much of what is seen here a legend explains: that is neither hazy nor pressed below.
+  float told = is_photo ? (has_legend ? 1.0 - over.a : 0.0) : max(has_legend ? 1.0 : 0.0, over.a);
 
   if (frame.contours.x > 0.0) {
     float line = height / frame.contours.x;
@@ -107,11 +123,11 @@ void main() {
     float drop = scale > 0.0 ? from_eye.z / scale : 0.0;
     float mean = abs(drop) > 1e-3 ? (1.0 - exp(-drop)) / drop : 1.0 - 0.5 * drop;
     float through = exp(-distance * density * clamp(mean, 0.0, 8.0));
-    lit = mix(pow(frame.haze_colour.rgb, vec3(2.2)), lit, through);
+    lit = mix(decoded(frame.haze_colour.rgb), lit, max(through, told));
   }
   // Bright snow keeps its relief: what is above one half is pressed into what is left.
   vec3 pressed =
       mix(lit, 0.5 + 0.5 * (1.0 - exp(1.0 - 2.0 * lit)), vec3(greaterThan(lit, vec3(0.5))));
-  lit = is_photo ? mix(pressed, lit, over.a) : pressed;
-  result = vec4(pow(clamp(lit, 0.0, 1.0), vec3(1.0 / 2.2)), frame.eye_height.w);
+  lit = mix(pressed, lit, is_photo ? max(told, over.a) : told);
+  result = vec4(encoded(clamp(lit, 0.0, 1.0)), frame.eye_height.w);
 }

@@ -81,7 +81,7 @@ void main() {
   attributes.y = mix(float(parent_look >> 24), float(look >> 24), lambda);
   attributes.z = lambda;
   attributes.w = from_eye.z + draw.colour.w;
-  own_colour = pow(mix(unpackUnorm4x8(parent_look).rgb, unpackUnorm4x8(look).rgb, lambda), vec3(2.2));
-  level_colour = pow(draw.colour.rgb, vec3(2.2));
+  own_colour = decoded(mix(unpackUnorm4x8(parent_look).rgb, unpackUnorm4x8(look).rgb, lambda));
+  level_colour = decoded(draw.colour.rgb);
   gl_Position = frame.view_projection * vec4(from_eye, 1.0);
 }
