@@ -99,15 +99,16 @@ def draw(plan, name, words):
     return target if code == 0 else None
 
 
-# What cornice-viewer draws of the levels of detail: (name, caption, words).
+# What cornice-viewer draws of the levels of detail: (name, caption, --view, words). The first of a
+# view looks for its camera, which takes longer than the picture; the others take the same.
 VIEWS = (
     ("overview", "The mesh as cornice-viewer shows it: snow, rock, scree and grass by slope and height",
-     ["--view", "overview"]),
-    ("steepest", "Its steepest part", ["--view", "steepest"]),
-    ("slope", "The same by slope", ["--view", "steepest", "--shading", "slope", "--legend"]),
+     "overview", []),
+    ("steepest", "Its steepest part", "steepest", []),
+    ("slope", "The same by slope", "steepest", ["--shading", "slope", "--legend"]),
     ("levels", "The triangles that are drawn where the surface may be off by 4 pixels, a colour for each "
                "level of detail: the farther away, the coarser",
-     ["--view", "steepest", "--shading", "level", "--edges", "--error-pixels", "4"]))
+     "steepest", ["--shading", "level", "--edges", "--error-pixels", "4"]))
 # A view takes seconds; one that takes this long is left out.
 MOST_VIEW_SECONDS = 300
 # Enough for pictures of this size, whatever the survey's.
@@ -143,9 +144,15 @@ def views(plan):
     OpenGL, and nothing else wants it."""
     if not records.has_succeeded(plan, "hlod", records.SURVEY):
         return ""
-    body = ""
-    for name, caption, words in VIEWS:
-        drawn, problem = draw_view(plan, name, words)
+    body, cameras = "", {}
+    for name, caption, view, words in VIEWS:
+        light_and_camera = ["--view", view]
+        if view in cameras:
+            light_and_camera += ["--camera", cameras[view]]
+        else:
+            cameras[view] = records.path(plan, "pictures", view + ".json")
+            light_and_camera += ["--save-camera", cameras[view]]
+        drawn, problem = draw_view(plan, name, light_and_camera + words)
         if drawn is None:
             return body + page.paragraph(f"No pictures by cornice-viewer: {problem}.", "soft")
         body += page.picture(drawn, caption)

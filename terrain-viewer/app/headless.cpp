@@ -54,15 +54,11 @@ class Studio {
     if (options.has_legend) overlay_ = std::make_unique<Overlay>();
   }
 
-  /// The camera of options that give neither a camera nor a path, and its light.
+  /// The camera of options without a path, and its light.
   Camera choose_camera(const Options& options) {
-    const double shape = double(pane_width(size_.width, split_)) / double(size_.height);
-    const SceneBox box = box_of(session_.layers());
-    if (options.viewpoint == Viewpoint::kAll) return seeing_all({}, box.lowest, box.highest, shape);
-    const std::vector<Facet> facets = facets_of(session_.layers().front()->file());
-    const Camera camera = options.viewpoint == Viewpoint::kOverview ? overview(facets, shape)
-                                                                    : steepest_view(facets, shape);
-    if (!options.sun_azimuth_deg && options.time.empty())
+    const Camera camera =
+        options.camera.empty() ? find_camera(options.viewpoint) : read_camera(options.camera);
+    if (options.viewpoint != Viewpoint::kAll && !options.sun_azimuth_deg && options.time.empty())
       session_.style().sun = sun_direction(sun_azimuth_for(camera), options.sun_elevation_deg);
     return camera;
   }
@@ -117,6 +113,14 @@ class Studio {
   }
 
  private:
+  Camera find_camera(Viewpoint from) {
+    const double shape = double(pane_width(size_.width, split_)) / double(size_.height);
+    const SceneBox box = box_of(session_.layers());
+    if (from == Viewpoint::kAll) return seeing_all({}, box.lowest, box.highest, shape);
+    const std::vector<Facet> facets = facets_of(session_.layers().front()->file());
+    return from == Viewpoint::kOverview ? overview(facets, shape) : steepest_view(facets, shape);
+  }
+
   PixelSize size_;
   Split split_;
   OffscreenContext context_;
@@ -154,6 +158,8 @@ void run_headless(const Options& options, Report& report, Progress& progress) {
     throw UsageError("--output", "is missing: where the picture is to go");
   if (options.files.empty())
     throw UsageError("FILE", "is missing: which hierarchies to draw, .hlod");
+  if (!options.save_camera.empty() && !options.path.empty())
+    throw UsageError("--save-camera", "is for one picture; --path asks for many");
   const PixelSize size = parse_size(options.size);
   for (const auto& file : options.files) report.add_input(file);
   std::unique_ptr<Studio> studio;
@@ -163,9 +169,9 @@ void run_headless(const Options& options, Report& report, Progress& progress) {
       draw_path(options, *studio, report, progress);
       return;
     }
-    const Camera camera =
-        options.camera.empty() ? studio->choose_camera(options) : read_camera(options.camera);
+    const Camera camera = studio->choose_camera(options);
     write_picture(frame_name(options.output, 0), studio->draw(camera, 0.0, {}, report));
+    if (!options.save_camera.empty()) write_camera(options.save_camera, camera);
   });
   studio->tell(report);
 }

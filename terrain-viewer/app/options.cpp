@@ -30,7 +30,11 @@ std::vector<Option> describe(Options& o) {
               {"overview", Viewpoint::kOverview},
               {"steepest", Viewpoint::kSteepest}},
              "without --camera: all from the south; all from where most of it is seen; the "
-             "steepest part from its front"),
+             "steepest part from its front; the latter two with the sun from the left, with "
+             "--camera as well"),
+      Option("save-camera", o.save_camera,
+             "with --headless: JSON file for the camera of the picture, for --camera")
+          .output(),
       Option("path", o.path, "JSON file of a camera path: one picture for each frame of it"),
       Option("size", o.size, "width and height of the pictures").unit("pixels"),
       Option("output", o.output, "picture, .png or .jpg; with --path frame_%04d.png")

@@ -18,7 +18,7 @@ enum class Viewpoint { kAll, kOverview, kSteepest };
 struct Options {
   std::vector<std::filesystem::path> files;
   bool headless = false;
-  std::filesystem::path camera, path;
+  std::filesystem::path camera, path, save_camera;
   std::string size = "1280x720";
   std::filesystem::path output;
   double error_pixels = 2.0;

@@ -130,6 +130,21 @@ TEST_F(Viewer, FindsViewsOfItsOwn) {
   EXPECT_EQ(view({"-o", at("x.png"), "--view", "below"}).exit_code, 2);
 }
 
+TEST_F(Viewer, DrawsTheSamePictureFromTheCameraThatItSaved) {
+  const auto draw = [&](const std::string& name, std::vector<std::string> more) {
+    more.insert(more.end(), {"-o", at(name), "--view", "steepest", "--size", "320x200"});
+    const ProcessResult drawn = view(more);
+    EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
+    return test::read_text(at(name));
+  };
+  const std::string found = draw("found.png", {"--save-camera", at("found.json")});
+  EXPECT_EQ(draw("again.png", {"--camera", at("found.json")}), found) << "camera or light differ";
+  Camera camera = read_camera(at("found.json"));
+  camera.heading_deg += 2.0;
+  write_camera(at("turned.json"), camera);
+  EXPECT_NE(draw("turned.png", {"--camera", at("turned.json")}), found);
+}
+
 TEST_F(Viewer, ShowsNoCrackInAFlightThroughLevelsThatAreStillBeingLoaded) {
   CameraPath path;
   path.frames_per_second = 15.0;
@@ -213,6 +228,8 @@ TEST_F(Viewer, RefusesWhatItCannotUseInOneLine) {
   test::write_text(at("bad.json"), "{\"eye\": 3}");
   expect(view({"-o", at("x.png"), "--camera", at("bad.json")}), 3, "eye");
   expect(view({"-o", at("x.png"), "--path", at("bad.json")}), 3, "keys");
+  expect(view({"-o", at("x.png"), "--path", at("p.json"), "--save-camera", at("c.json")}), 2,
+         "--save-camera");
 }
 
 }  // namespace

@@ -138,11 +138,24 @@ class Report(unittest.TestCase):
         views, text = self.view('echo "$@" >> "$0.log"\nwhile [ "$1" != -o ]; do shift; done\n'
                                 f"cp '{jpeg}' \"$2\"\n")
         self.assertEqual(len(views), len(report.VIEWS))
-        for _, caption, _ in report.VIEWS:
+        for _, caption, _, _ in report.VIEWS:
             self.assertIn(caption, text)
         asked = (self.folder / "programs" / "cornice-viewer.log").read_text(encoding="utf-8")
         for wanted in ("survey.hlod", "--headless", "--view overview", "--view steepest"):
             self.assertIn(wanted, asked)
+
+    def test_has_each_view_looked_for_once(self):
+        self.view('echo "$@" >> "$0.log"\nwhile [ "$1" != -o ]; do shift; done\n: > "$2"\n')
+        lines = (self.folder / "programs" / "cornice-viewer.log").read_text(
+            encoding="utf-8").splitlines()
+        known = set()
+        for line in lines:
+            words = line.split()
+            view = words[words.index("--view") + 1]
+            key = "--camera" if view in known else "--save-camera"
+            self.assertTrue(words[words.index(key) + 1].endswith(f"pictures/{view}.json"), line)
+            known.add(view)
+        self.assertLess(len(known), len(lines), "no view is used again")
 
     def test_says_in_one_line_why_there_is_nothing_of_the_viewer(self):
         sleepless, report.MOST_VIEW_SECONDS = report.MOST_VIEW_SECONDS, 0.2
