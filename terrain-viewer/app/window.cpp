@@ -9,12 +9,15 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <ctime>
 #include <memory>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "core/base/error.h"
 #include "terrain-viewer/app/camera_memory.h"
@@ -50,7 +53,7 @@ class WindowSystem {
     }
     glfwMakeContextCurrent(window_);
     glfwSwapInterval(1);
-    // A key that goes down and up between two slow frames still counts.
+    // A key of flying that goes down and up between two slow frames still counts.
     glfwSetInputMode(window_, GLFW_STICKY_KEYS, GLFW_TRUE);
     require_gl_45();
     ImGui::CreateContext();
@@ -105,9 +108,14 @@ class WindowApp {
     moves_.jump(camera_);
     glfwSetWindowUserPointer(window_.get(), this);
     glfwSetDropCallback(window_.get(), [](GLFWwindow* window, int count, const char** paths) {
-      auto* self = static_cast<WindowApp*>(glfwGetWindowUserPointer(window));
-      for (int i = 0; i < count; ++i) self->open_file(paths[i]);
+      for (int i = 0; i < count; ++i) of(window).open_file(paths[i]);
     });
+    // In place of ImGui's, which it calls.
+    glfwSetKeyCallback(window_.get(),
+                       [](GLFWwindow* window, int key, int scancode, int action, int held) {
+                         ImGui_ImplGlfw_KeyCallback(window, key, scancode, action, held);
+                         if (action == GLFW_PRESS) of(window).presses_.push_back({key, held});
+                       });
   }
 
   void run() {
@@ -130,6 +138,15 @@ class WindowApp {
   }
 
  private:
+  /// A key that went down, and the GLFW_MOD_ bits of those held then.
+  struct KeyPress {
+    int key = 0, held = 0;
+  };
+
+  static WindowApp& of(GLFWwindow* window) {
+    return *static_cast<WindowApp*>(glfwGetWindowUserPointer(window));
+  }
+
   void frame(double seconds) {
     glfwGetFramebufferSize(window_.get(), &width_, &height_);
     if (width_ < 1 || height_ < 1) return;
@@ -266,59 +283,93 @@ class WindowApp {
     in.is_fast |= pad.buttons[GLFW_GAMEPAD_BUTTON_A] == GLFW_PRESS;
   }
 
-  /// True once for each press of the key.
-  bool pressed(int key) {
-    const bool down = is_down(key);
-    bool& was = was_down_[static_cast<std::size_t>(key)];
-    const bool is_new = down && !was;
-    was = down;
-    return is_new;
-  }
-
+  /// Each press counts, however many there were since the frame before.
   void read_keys() {
-    const ImGuiIO& io = ImGui::GetIO();
-    // Asked of the keys themselves, which remember a press between two slow frames.
-    const bool ctrl = is_down(GLFW_KEY_LEFT_CONTROL) || is_down(GLFW_KEY_RIGHT_CONTROL);
-    const bool shift = is_down(GLFW_KEY_LEFT_SHIFT) || is_down(GLFW_KEY_RIGHT_SHIFT);
-    if (pressed(GLFW_KEY_F1)) panels_.shows_help = !panels_.shows_help;
-    if (pressed(GLFW_KEY_F3)) panels_.shows_frames = !panels_.shows_frames;
-    if (pressed(GLFW_KEY_F11)) toggle_full_screen();
-    if (pressed(GLFW_KEY_F12)) wants_picture_ = true;
-    if (pressed(GLFW_KEY_ESCAPE)) panels_.asks_place = panels_.shows_help = false;
-    if (io.WantCaptureKeyboard) return;
-    if (ctrl) {
-      if (pressed(GLFW_KEY_Z)) camera_ = moves_.undo(camera_);
-      if (pressed(GLFW_KEY_Y)) camera_ = moves_.redo(camera_);
-      if (pressed(GLFW_KEY_P)) start_playing();
-      if (pressed(GLFW_KEY_Q)) glfwSetWindowShouldClose(window_.get(), GLFW_TRUE);
-      return;
+    const bool asked_before = panels_.asks_place;
+    for (const KeyPress press : std::exchange(presses_, {})) {
+      if (heed_always(press.key)) continue;
+      if (ImGui::GetIO().WantCaptureKeyboard) continue;
+      // What follows in the frame that opens a panel for text was meant for that panel.
+      if (panels_.asks_place && !asked_before) continue;
+      if ((press.held & GLFW_MOD_CONTROL) != 0)
+        heed_with_control(press.key);
+      else if (!heed_move(press))
+        heed_look(press.key);
     }
-    if (pressed(GLFW_KEY_G)) panels_.asks_place = true;
-    if (pressed(GLFW_KEY_L)) panels_.shows_layers = !panels_.shows_layers;
-    if (pressed(GLFW_KEY_SPACE)) controls_.walks = !controls_.walks;
-    if (pressed(GLFW_KEY_HOME)) see_all();
-    if (pressed(GLFW_KEY_B)) add_bookmark(panels_.bookmarks, camera_);
-    if (pressed(GLFW_KEY_P)) shift ? save_path() : add_path_key();
-    read_look_keys();
   }
 
-  void read_look_keys() {
+  /// Keys that count while text is entered, too. True where it is one.
+  bool heed_always(int key) {
+    switch (key) {
+      case GLFW_KEY_F1:
+        panels_.shows_help = !panels_.shows_help;
+        return true;
+      case GLFW_KEY_F3:
+        panels_.shows_frames = !panels_.shows_frames;
+        return true;
+      case GLFW_KEY_F11:
+        toggle_full_screen();
+        return true;
+      case GLFW_KEY_F12:
+        wants_picture_ = true;
+        return true;
+      case GLFW_KEY_ESCAPE:
+        panels_.asks_place = panels_.shows_help = false;
+        return true;
+      default:
+        return false;
+    }
+  }
+
+  void heed_with_control(int key) {
+    if (key == GLFW_KEY_Z) camera_ = moves_.undo(camera_);
+    if (key == GLFW_KEY_Y) camera_ = moves_.redo(camera_);
+    if (key == GLFW_KEY_P) start_playing();
+    if (key == GLFW_KEY_Q) glfwSetWindowShouldClose(window_.get(), GLFW_TRUE);
+  }
+
+  /// Keys of the camera and of panels. True where it is one.
+  bool heed_move(KeyPress press) {
+    switch (press.key) {
+      case GLFW_KEY_G:
+        panels_.asks_place = true;
+        return true;
+      case GLFW_KEY_L:
+        panels_.shows_layers = !panels_.shows_layers;
+        return true;
+      case GLFW_KEY_SPACE:
+        controls_.walks = !controls_.walks;
+        return true;
+      case GLFW_KEY_HOME:
+        see_all();
+        return true;
+      case GLFW_KEY_B:
+        add_bookmark(panels_.bookmarks, camera_);
+        return true;
+      case GLFW_KEY_P:
+        (press.held & GLFW_MOD_SHIFT) != 0 ? save_path() : add_path_key();
+        return true;
+      default:
+        return false;
+    }
+  }
+
+  void heed_look(int key) {
     Style& style = session_.style();
-    if (pressed(GLFW_KEY_N))
+    if (key == GLFW_KEY_N)
       style.shading = static_cast<Shading>((static_cast<std::size_t>(style.shading) + 1) %
                                            kShadingNames.size());
-    if (pressed(GLFW_KEY_C)) style.contour_interval_m = style.contour_interval_m > 0.0 ? 0.0 : 20.0;
-    if (pressed(GLFW_KEY_X)) style.has_edges = !style.has_edges;
-    if (pressed(GLFW_KEY_O)) next_cover();
-    if (pressed(GLFW_KEY_V))
+    if (key == GLFW_KEY_C) style.contour_interval_m = style.contour_interval_m > 0.0 ? 0.0 : 20.0;
+    if (key == GLFW_KEY_X) style.has_edges = !style.has_edges;
+    if (key == GLFW_KEY_O) next_cover();
+    if (key == GLFW_KEY_V)
       panels_.split = static_cast<Split::Kind>((static_cast<int>(panels_.split) + 1) % 3);
-    if (pressed(GLFW_KEY_K)) session_.is_frozen() = !session_.is_frozen();
+    if (key == GLFW_KEY_K) session_.is_frozen() = !session_.is_frozen();
     auto& looks = session_.looks();
-    for (int i = 0; i < 9; ++i)
-      if (pressed(GLFW_KEY_1 + i) && static_cast<std::size_t>(i) < looks.size())
-        looks[static_cast<std::size_t>(i)].is_visible =
-            !looks[static_cast<std::size_t>(i)].is_visible;
-    if (pressed(GLFW_KEY_TAB)) session_.blink();
+    if (const int i = key - GLFW_KEY_1; i >= 0 && i < std::min(9, static_cast<int>(looks.size())))
+      looks[static_cast<std::size_t>(i)].is_visible =
+          !looks[static_cast<std::size_t>(i)].is_visible;
+    if (key == GLFW_KEY_TAB) session_.blink();
   }
 
   void next_cover() {
@@ -449,7 +500,7 @@ class WindowApp {
   double cursor_x_ = 0.0, cursor_y_ = 0.0;
   bool wants_picture_ = false;
   int pane_width_ = 0;
-  std::array<bool, GLFW_KEY_LAST + 1> was_down_{};
+  std::vector<KeyPress> presses_;  ///< since the frame before
   std::uint64_t frames_ = 0;
 };
 
