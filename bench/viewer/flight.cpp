@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "bench/viewer/flight.h"
 
+#include <sys/resource.h>
 #include <time.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <fstream>
 #include <numbers>
+#include <string>
 #include <thread>
 
 #include "terrain-viewer/render/layer.h"
@@ -22,6 +25,41 @@ double thread_seconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+/// Field `steal` of the first line of /proc/stat (proc(5)); 0 where there is none.
+std::int64_t stolen_ticks() {
+  std::ifstream stat("/proc/stat");
+  std::string name;
+  std::int64_t value = 0;
+  stat >> name;
+  for (int field = 0; field < 8; ++field)
+    if (!(stat >> value)) return 0;
+  return value;
+}
+
+rusage thread_usage() {
+  rusage usage{};
+  getrusage(RUSAGE_THREAD, &usage);
+  return usage;
+}
+
+/// Calls `update` and says what that took.
+template <class Update>
+FlightFrame measure(Update&& update) {
+  FlightFrame frame;
+  const rusage usage_before = thread_usage();
+  const auto before = std::chrono::steady_clock::now();
+  const double cpu_before = thread_seconds();
+  update();
+  frame.cpu_ms = 1e3 * (thread_seconds() - cpu_before);
+  frame.ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - before).count();
+  const rusage usage = thread_usage();
+  frame.page_faults = usage.ru_minflt - usage_before.ru_minflt;
+  frame.waits = usage.ru_nvcsw - usage_before.ru_nvcsw;
+  frame.displaced = usage.ru_nivcsw - usage_before.ru_nivcsw;
+  return frame;
 }
 
 /// On a curve of three loops round the middle of the ground, in the upper part of its heights,
@@ -71,28 +109,31 @@ FlightResult fly_over(const std::filesystem::path& file, const FlightOptions& op
   layer.settle(view, cells, 1);
 
   FlightResult result;
+  std::int64_t stolen_before = stolen_ticks();
   view.seconds = 1.0 / kFramesPerSecond;
-  const auto start = std::chrono::steady_clock::now();
+  const auto period = std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+      std::chrono::duration<double>(1.0 / kFramesPerSecond));
+  auto next = std::chrono::steady_clock::now();
   const auto frames = static_cast<int>(options.seconds * kFramesPerSecond);
   for (int frame = 0; frame < frames; ++frame) {
-    std::this_thread::sleep_until(start +
-                                  std::chrono::duration_cast<std::chrono::steady_clock::duration>(
-                                      std::chrono::duration<double>(frame / kFramesPerSecond)));
+    std::this_thread::sleep_until(next);
+    // Never sooner than that after the frame before: a flight that was held up goes on where it
+    // was, instead of making up for it faster than cells can be read.
+    next = std::max(next, std::chrono::steady_clock::now()) + period;
     view.camera = route.at(frame / kFramesPerSecond);
     view.velocity =
         kFramesPerSecond * (route.at((frame + 1) / kFramesPerSecond).eye - view.camera.eye);
-    const auto before = std::chrono::steady_clock::now();
-    const double cpu_before = thread_seconds();
-    layer.update(view, cells, static_cast<std::uint64_t>(frame) + 2);
-    result.cpu_ms.push_back(1e3 * (thread_seconds() - cpu_before));
-    result.ms.push_back(
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - before)
-            .count());
+    FlightFrame measured =
+        measure([&] { layer.update(view, cells, static_cast<std::uint64_t>(frame) + 2); });
     const viewer::LayerCounts& counts = layer.counts();
-    result.cells.push_back(counts.cells);
-    result.triangles.push_back(static_cast<double>(counts.triangles));
-    result.missing.push_back(counts.cells_missing);
-    result.uploaded_bytes += static_cast<double>(counts.uploaded_bytes);
+    measured.cells = counts.cells;
+    measured.triangles = counts.triangles;
+    measured.missing = counts.cells_missing;
+    measured.uploaded_bytes = counts.uploaded_bytes;
+    const std::int64_t stolen = stolen_ticks();
+    measured.stolen_ticks = stolen - stolen_before;
+    stolen_before = stolen;
+    result.frames.push_back(measured);
     result.gpu_over_budget =
         std::max(result.gpu_over_budget,
                  double(cells.used_bytes()) / static_cast<double>(options.gpu_bytes));

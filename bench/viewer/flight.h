@@ -17,13 +17,25 @@ struct FlightOptions {
   std::uint64_t gpu_bytes = 1ull << 30, cache_bytes = 1ull << 30;
 };
 
-/// One entry a frame, and what was held at most.
+/// What one frame took of the thread that draws, and what else happened meanwhile.
+struct FlightFrame {
+  double ms = 0.0;      ///< choosing, streaming and uploading
+  double cpu_ms = 0.0;  ///< of the same thread's processor time
+  std::uint64_t cells = 0, triangles = 0;
+  std::uint64_t missing = 0;  ///< cells that the view needed and that were not there
+  std::uint64_t uploaded_bytes = 0;
+  std::int64_t page_faults = 0;  ///< of this thread that needed no disk
+  std::int64_t waits = 0;        ///< times that the thread gave the processor up
+  std::int64_t displaced = 0;    ///< times that it had to
+  /// Hundredths of a second that the host took from a virtual machine, all processors, from the
+  /// frame before on; always 0 where the system does not tell.
+  std::int64_t stolen_ticks = 0;
+};
+
+/// All frames, and what was held at most.
 struct FlightResult {
-  std::vector<double> ms;      ///< choosing, streaming and uploading
-  std::vector<double> cpu_ms;  ///< of the same thread's processor time
-  std::vector<double> cells, triangles;
-  std::vector<double> missing;  ///< cells that the view needed
-  double uploaded_bytes = 0, read_bytes = 0;
+  std::vector<FlightFrame> frames;
+  double read_bytes = 0;
   double gpu_over_budget = 0, cache_over_budget = 0;  ///< largest share
 };
 
