@@ -42,22 +42,24 @@ std::uint32_t attributes_of(const Mesh& mesh) {
 }
 
 MeshExtent extent_of(const Mesh& mesh, std::size_t begin, std::size_t end) {
-  MeshExtent extent;
-  extent.low = extent.high = mesh.positions[mesh.triangles[begin][0]];
+  double plan = 0, whole = 0;
+  Vec3f low = mesh.positions[mesh.triangles[begin][0]], high = low;
+  const auto least = [](Vec3f p, Vec3f q) {
+    return Vec3f{std::min(p.x, q.x), std::min(p.y, q.y), std::min(p.z, q.z)};
+  };
+  const auto most = [](Vec3f p, Vec3f q) {
+    return Vec3f{std::max(p.x, q.x), std::max(p.y, q.y), std::max(p.z, q.z)};
+  };
   for (std::size_t i = begin; i < end; ++i) {
-    const auto& t = mesh.triangles[i];
+    const Triangle& t = mesh.triangles[i];
     const Vec3f a = mesh.positions[t[0]], b = mesh.positions[t[1]], c = mesh.positions[t[2]];
     const Vec3f n = cross(b - a, c - a);
-    extent.plan += 0.5 * std::abs(double{n.z});
-    extent.whole += 0.5 * double{norm(n)};
-    for (const Vec3f p : {a, b, c}) {
-      extent.low = {std::min(extent.low.x, p.x), std::min(extent.low.y, p.y),
-                    std::min(extent.low.z, p.z)};
-      extent.high = {std::max(extent.high.x, p.x), std::max(extent.high.y, p.y),
-                     std::max(extent.high.z, p.z)};
-    }
+    plan += 0.5 * std::abs(double{n.z});
+    whole += 0.5 * double{norm(n)};
+    low = least(least(low, a), least(b, c));
+    high = most(most(high, a), most(b, c));
   }
-  return extent;
+  return {plan, whole, low, high};
 }
 
 double chosen_side(const InputSummary& input, const BuildOptions& options) {

@@ -8,6 +8,7 @@
 #include <limits>
 #include <numeric>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include "core/base/error.h"
@@ -130,6 +131,10 @@ class CellWelder {
   std::vector<CellVertex> vertices_;
   std::vector<Recent> recent_ = std::vector<Recent>(4096);
 };
+
+bool same_cell(const CellRun& a, const CellRun& b) {
+  return a.i == b.i && a.j == b.j && a.k == b.k;
+}
 
 void add_normals(BuildCell& cell) {
   const std::size_t count = cell.vertices.size();
@@ -290,60 +295,79 @@ void LeafMaker::add_piece(const std::array<CellVertex, 3>& corners, Soup& soup) 
   soup.triangles.push_back({first, first + 1, first + 2});
 }
 
-std::vector<BuildCell> LeafMaker::sort_into_cells(Soup& soup) const {
+std::vector<CellRun> LeafMaker::find_runs(const Soup& soup) const {
   const std::size_t count = soup.triangles.size();
   const Lattice& lattice = header_.lattice;
-  std::vector<CellKey> keys(count);
+  // As cell_of_triangle, without dividing.
+  const std::int64_t side = std::int64_t{3} << lattice.cell_bits;
+  const bool is_flat = header_.partition == Partition::kQuadtree;
+  const auto is_within = [side](std::int32_t cell, std::int64_t p, std::int64_t q, std::int64_t r) {
+    const std::int64_t from_low = p + q + r - cell * side;
+    return from_low >= 0 && from_low < side;
+  };
+  const auto continues = [&](const CellRun& run, LatticePoint a, LatticePoint b, LatticePoint c) {
+    return is_within(run.i, a.x, b.x, c.x) && is_within(run.j, a.y, b.y, c.y) &&
+           (is_flat || is_within(run.k, a.z, b.z, c.z));
+  };
+  std::vector<std::vector<CellRun>> parts((count + kVertexGrain - 1) / kVertexGrain);
   parallel_for(count, kVertexGrain, threads_, [&](std::size_t begin, std::size_t end) {
+    std::vector<CellRun>& runs = parts[begin / kVertexGrain];
     for (std::size_t i = begin; i < end; ++i) {
       const Triangle& t = soup.triangles[i];
-      keys[i] = cell_of_triangle(soup.vertices[t[0]].position, soup.vertices[t[1]].position,
-                                 soup.vertices[t[2]].position, lattice.finest_level,
-                                 lattice.cell_bits, header_.partition);
-    }
-  });
-  // Cells are few and triangles come in runs of one cell: number the cells first.
-  PositionTable table;
-  table.reset(1024);
-  std::vector<CellKey> cells;
-  std::vector<std::uint32_t> cell_of(count), counts;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (i > 0 && keys[i] == keys[i - 1]) {
-      cell_of[i] = cell_of[i - 1];
-    } else {
-      const auto next = static_cast<std::uint32_t>(cells.size());
-      const LatticePoint place{keys[i].i, keys[i].j, keys[i].k};
-      cell_of[i] = table.find_or_add(place, next, [&](std::uint32_t c) {
-        return c == next ? place : LatticePoint{cells[c].i, cells[c].j, cells[c].k};
-      });
-      if (cell_of[i] == next) cells.push_back(keys[i]), counts.push_back(0);
-    }
-    ++counts[cell_of[i]];
-  }
-  keys = {};
-  std::vector<std::size_t> begins(cells.size() + 1, 0);
-  for (std::size_t c = 0; c < cells.size(); ++c) begins[c + 1] = begins[c] + counts[c];
-  std::vector<Triangle> sorted(count);
-  std::vector<std::size_t> next(begins.begin(), begins.end() - 1);
-  for (std::size_t i = 0; i < count; ++i) sorted[next[cell_of[i]]++] = soup.triangles[i];
-  std::vector<BuildCell> result(cells.size());
-  parallel_for(cells.size(), 8, threads_, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t c = begin; c < end; ++c) {
-      BuildCell& cell = result[c];
-      cell.key = cells[c];
-      CellWelder welder(counts[c]);
-      cell.triangles.assign(sorted.begin() + static_cast<std::ptrdiff_t>(begins[c]),
-                            sorted.begin() + static_cast<std::ptrdiff_t>(begins[c + 1]));
-      for (Triangle& t : cell.triangles) {
-        for (std::uint32_t& v : t) v = welder.add(soup.vertices, v);
+      const LatticePoint a = soup.vertices[t[0]].position, b = soup.vertices[t[1]].position,
+                         c = soup.vertices[t[2]].position;
+      if (!runs.empty() && continues(runs.back(), a, b, c)) {
+        ++runs.back().length;
+        continue;
       }
-      cell.vertices = welder.take();
-      if (!soup.has_normals) add_normals(cell);
+      const CellKey key =
+          cell_of_triangle(a, b, c, lattice.finest_level, lattice.cell_bits, header_.partition);
+      runs.push_back({key.i, key.j, key.k, 1, i});
     }
   });
-  std::sort(result.begin(), result.end(),
-            [](const BuildCell& a, const BuildCell& b) { return a.key < b.key; });
+  std::vector<CellRun> runs;
+  for (std::vector<CellRun>& part : parts) {
+    runs.insert(runs.end(), part.begin(), part.end());
+    part = {};
+  }
+  std::sort(runs.begin(), runs.end(), [](const CellRun& a, const CellRun& b) {
+    return std::tie(a.i, a.j, a.k, a.begin) < std::tie(b.i, b.j, b.k, b.begin);
+  });
+  return runs;
+}
+
+std::vector<BuildCell> LeafMaker::sort_into_cells(Soup& soup) const {
+  const std::vector<CellRun> runs = find_runs(soup);
+  std::vector<std::size_t> begins;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    if (r == 0 || !same_cell(runs[r], runs[r - 1])) begins.push_back(r);
+  }
+  begins.push_back(runs.size());
+  std::vector<BuildCell> result(begins.size() - 1);
+  parallel_for(result.size(), 8, threads_, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c) {
+      result[c] = make_piece(soup, std::span(runs).subspan(begins[c], begins[c + 1] - begins[c]));
+    }
+  });
   return result;
+}
+
+BuildCell LeafMaker::make_piece(const Soup& soup, std::span<const CellRun> runs) const {
+  BuildCell cell;
+  cell.key = {header_.lattice.finest_level, runs.front().i, runs.front().j, runs.front().k};
+  std::size_t count = 0;
+  for (const CellRun& run : runs) count += run.length;
+  cell.triangles.reserve(count);
+  CellWelder welder(count);
+  for (const CellRun& run : runs) {
+    for (Triangle t : std::span(soup.triangles).subspan(run.begin, run.length)) {
+      for (std::uint32_t& v : t) v = welder.add(soup.vertices, v);
+      cell.triangles.push_back(t);
+    }
+  }
+  cell.vertices = welder.take();
+  if (!soup.has_normals) add_normals(cell);
+  return cell;
 }
 
 BuildCell join_pieces(std::vector<BuildCell> pieces, LeafCounts& counts) {

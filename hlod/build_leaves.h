@@ -24,6 +24,13 @@ struct LeafCounts {
   std::uint64_t split_pieces = 0;  ///< triangles made of those with long edges
 };
 
+/// Triangles of a mesh that follow each other and are all of one cell: mostly many.
+struct CellRun {
+  std::int32_t i = 0, j = 0, k = 0;  ///< of the cell
+  std::uint32_t length = 0;
+  std::size_t begin = 0;
+};
+
 /// Makes pieces of cells of meshes. Thread contract: one thread at a time.
 class LeafMaker {
  public:
@@ -49,7 +56,9 @@ class LeafMaker {
   void split(const Triangle& triangle, Soup& soup);
   void add_piece(const std::array<CellVertex, 3>& corners, Soup& soup);
   void flush(Soup& soup) const;
+  std::vector<CellRun> find_runs(const Soup& soup) const;
   std::vector<BuildCell> sort_into_cells(Soup& soup) const;
+  BuildCell make_piece(const Soup& soup, std::span<const CellRun> runs) const;
 
   Header header_;
   std::uint64_t max_pieces_;
