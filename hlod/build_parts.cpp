@@ -13,14 +13,12 @@ void PartMaker::add_parts(const BuildCell& cell, std::span<const std::uint32_t> 
   stamp_.resize(std::max(stamp_.size(), cell.vertices.size()), 0);
   parent_place_.resize(std::max(parent_place_.size(), parent_data.size()));
   parent_stamp_.resize(std::max(parent_stamp_.size(), parent_data.size()), 0);
-  const bool is_one_part =
-      cell.triangles.size() <= kCellTriangleLimit && cell.vertices.size() + 3 <= kCellVertexLimit;
   std::size_t begin = 0;
   std::uint16_t number = 0;
   while (begin < cell.triangles.size()) {
     FinishedPart part;
     part.mesh.key = cell.key;
-    begin = is_one_part ? take_all(cell, part.mesh) : take_part(cell, begin, part.mesh);
+    begin = take_part(cell, begin, part.mesh);
     if (!parents.empty()) add_parents(parents, parent_data, part.mesh);
     part.node = make_node(part.mesh, cell.error_m, cell.step_error_m);
     part.node.part = number++;
@@ -49,21 +47,6 @@ bool PartMaker::take_whole(const BuildCell& cell, CellMesh& mesh) {
   vertex_.resize(count);
   std::iota(vertex_.begin(), vertex_.end(), 0u);
   return true;
-}
-
-/// Takes the cell as it is: all of its vertices have triangles.
-std::size_t PartMaker::take_all(const BuildCell& cell, CellMesh& mesh) {
-  ++part_;
-  vertex_.resize(cell.vertices.size());
-  std::iota(vertex_.begin(), vertex_.end(), 0u);
-  mesh.vertices = cell.vertices;
-  mesh.triangles.resize(cell.triangles.size());
-  for (std::size_t t = 0; t < cell.triangles.size(); ++t) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      mesh.triangles[t][k] = static_cast<std::uint16_t>(cell.triangles[t][k]);
-    }
-  }
-  return cell.triangles.size();
 }
 
 /// Takes triangles from `begin` on until the part is full; returns where the next part begins.

@@ -27,7 +27,6 @@ class PartMaker {
 
  private:
   bool take_whole(const BuildCell& cell, CellMesh& mesh);
-  std::size_t take_all(const BuildCell& cell, CellMesh& mesh);
   std::size_t take_part(const BuildCell& cell, std::size_t begin, CellMesh& mesh);
   void add_parents(std::span<const std::uint32_t> parents, std::span<const CellVertex> parent_data,
                    CellMesh& mesh);
