@@ -15,26 +15,21 @@
 #include "core/io/copc_octree.h"
 #include "core/io/las.h"
 #include "core/io/las_head_writer.h"
+#include "core/io/las_header.h"
 #include "core/io/laszip_encoder.h"
 #include "core/io/lax_writer.h"
 #include "core/io/laz_chunk_table.h"
+#include "core/io/little_endian.h"
 #include "core/io/output_stream.h"
 
 namespace cornice {
 namespace {
 
-constexpr std::uint64_t kEvlrHeader = 60;
 constexpr std::size_t kInfoBytes = 160;
 constexpr std::size_t kEntryBytes = 32;
 constexpr std::size_t kChunkTablePointer = 8;
 /// Nodes compressed before the next ones are: bounds the memory for finished chunks.
 constexpr std::size_t kBatch = 64;
-
-template <class T>
-void put(std::vector<std::uint8_t>& out, T value) {
-  const auto* raw = reinterpret_cast<const std::uint8_t*>(&value);
-  for (std::size_t i = 0; i < sizeof(T); ++i) out.push_back(raw[i]);
-}
 
 constexpr std::uint32_t kNeverReached = std::numeric_limits<std::uint32_t>::max() - 1;
 
@@ -104,15 +99,15 @@ std::vector<std::uint8_t> info_record(const CopcCube& cube, std::uint64_t hierar
   }
   const double half = cube.side / 2.0;
   std::vector<std::uint8_t> bytes;
-  put(bytes, cube.min.x + half);
-  put(bytes, cube.min.y + half);
-  put(bytes, cube.min.z + half);
-  put(bytes, half);
-  put(bytes, cube.side / kCopcGrid);
-  put(bytes, hierarchy_at);
-  put(bytes, hierarchy_bytes);
-  put(bytes, first <= last ? first : 0.0);
-  put(bytes, first <= last ? last : 0.0);
+  append_le(bytes, cube.min.x + half);
+  append_le(bytes, cube.min.y + half);
+  append_le(bytes, cube.min.z + half);
+  append_le(bytes, half);
+  append_le(bytes, cube.side / kCopcGrid);
+  append_le(bytes, hierarchy_at);
+  append_le(bytes, hierarchy_bytes);
+  append_le(bytes, first <= last ? first : 0.0);
+  append_le(bytes, first <= last ? last : 0.0);
   bytes.resize(kInfoBytes, 0);
   return bytes;
 }
@@ -123,13 +118,13 @@ std::vector<std::uint8_t> hierarchy_record(const std::vector<CopcNode>& nodes,
   std::vector<std::uint8_t> bytes;
   bytes.reserve(nodes.size() * kEntryBytes);
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    put(bytes, nodes[i].level);
-    put(bytes, nodes[i].key.x);
-    put(bytes, nodes[i].key.y);
-    put(bytes, nodes[i].key.z);
-    put(bytes, places[i].offset);
-    put(bytes, places[i].bytes);
-    put(bytes, static_cast<std::int32_t>(nodes[i].points.size()));
+    append_le(bytes, nodes[i].level);
+    append_le(bytes, nodes[i].key.x);
+    append_le(bytes, nodes[i].key.y);
+    append_le(bytes, nodes[i].key.z);
+    append_le(bytes, places[i].offset);
+    append_le(bytes, places[i].bytes);
+    append_le(bytes, static_cast<std::int32_t>(nodes[i].points.size()));
   }
   return bytes;
 }
@@ -230,11 +225,11 @@ void write_copc(const std::filesystem::path& path, const PointCloud& points,
 
   const std::uint64_t hierarchy_bytes = nodes.size() * kEntryBytes;
   file.seek(0);
-  file.put(
-      head.bytes(writer.tally, extended_at,
-                 info_record(cube, extended_at + kEvlrHeader, hierarchy_bytes, points.gps_time_s)));
+  file.put(head.bytes(
+      writer.tally, extended_at,
+      info_record(cube, extended_at + kEvlrHeaderBytes, hierarchy_bytes, points.gps_time_s)));
   table_pointer.clear();
-  put(table_pointer, table_at);
+  append_le(table_pointer, table_at);
   file.put(table_pointer);
   remove_stale_lax(file.target());
   file.commit();

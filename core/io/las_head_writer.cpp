@@ -2,23 +2,21 @@
 #include "core/io/las_head_writer.h"
 
 #include <algorithm>
-#include <bit>
+#include <array>
 #include <cmath>
-#include <cstring>
 #include <string>
 #include <string_view>
 #include <type_traits>
 
 #include "core/base/error.h"
+#include "core/io/las_header.h"
+#include "core/io/little_endian.h"
 
 namespace cornice {
 namespace {
 
-constexpr std::array<std::size_t, 11> kRecordBytes = {20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67};
 constexpr std::array<int, 5> kHighestFormat = {1, 1, 3, 5, 10};  // by minor version
 constexpr std::array<std::size_t, 11> kTypeBytes = {0, 1, 1, 2, 2, 4, 4, 8, 8, 4, 8};
-constexpr std::size_t kVlrHeader = 54;
-constexpr std::size_t kEvlrHeader = 60;
 constexpr std::size_t kExtraBytesRecord = 192;
 constexpr std::size_t kLongestVlr = 65535;
 constexpr std::uint16_t kGpsTimeBit = 1;
@@ -29,10 +27,8 @@ class Bytes {
  public:
   template <class T>
   void put(T value) {
-    static_assert(std::is_arithmetic_v<T> && std::endian::native == std::endian::little);
-    std::array<std::uint8_t, sizeof(T)> raw;
-    std::memcpy(raw.data(), &value, sizeof(T));
-    out.insert(out.end(), raw.begin(), raw.end());
+    static_assert(std::is_arithmetic_v<T>);
+    append_le(out, value);
   }
   void put_text(std::string_view text, std::size_t width) {
     const std::size_t kept = std::min(text.size(), width);
@@ -154,10 +150,6 @@ void check_extra_bytes(const std::vector<ExtraByte>& attributes) {
 
 }  // namespace
 
-std::size_t las_record_bytes(int point_format) {
-  return kRecordBytes.at(static_cast<std::size_t>(point_format));
-}
-
 std::size_t extra_byte_size(const ExtraByte& attribute) {
   if (attribute.data_type == 0) return attribute.size;
   // Types 11 to 30 of earlier editions are pairs and triples of 1 to 10.
@@ -193,7 +185,7 @@ void check_las_write_options(const LasWriteOptions& options) {
   if (options.chunk_points == 0) refuse("chunk", "of 0 points; 50000 is usual");
   check_extra_bytes(options.extra_bytes);
   const std::size_t record =
-      las_record_bytes(options.point_format) + extra_stride_of(options.extra_bytes);
+      las_base_record_bytes(options.point_format) + extra_stride_of(options.extra_bytes);
   if (record > 65535) refuse("extra bytes", "make records longer than 65535 bytes");
 }
 
@@ -218,7 +210,7 @@ LasHead::LasHead(const LasWriteOptions& options, std::vector<LasVlr> leading,
     if (record.data.size() > kLongestVlr) {
       refuse("record '" + record.user_id + "'", "is longer than 65535 bytes");
     }
-    size_ += kVlrHeader + record.data.size();
+    size_ += kVlrHeaderBytes + record.data.size();
   }
 }
 
@@ -232,7 +224,7 @@ std::vector<std::uint8_t> LasHead::extended_bytes() const {
     bytes.put_text(record.description, 32);
     bytes.put_raw(record.data);
   }
-  static_assert(2 + 16 + 2 + 8 + 32 == kEvlrHeader);
+  static_assert(2 + 16 + 2 + 8 + 32 == kEvlrHeaderBytes);
   return std::move(bytes.out);
 }
 
@@ -244,7 +236,7 @@ std::vector<std::uint8_t> LasHead::bytes(const LasTally& tally, std::uint64_t ex
                                          const std::vector<std::uint8_t>& replaced) const {
   const int minor = options_.version_minor;
   const int format = options_.point_format;
-  const std::size_t record = las_record_bytes(format) + extra_stride_of(options_.extra_bytes);
+  const std::size_t record = las_base_record_bytes(format) + extra_stride_of(options_.extra_bytes);
   const bool has_legacy_counts = format < 6 && tally.points <= 0xffffffffu;
   const bool has_wkt = minor >= 4 && (format >= 6 || !options_.crs.empty());
   const bool adjusted =

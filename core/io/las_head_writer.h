@@ -46,9 +46,6 @@ struct LasTally {
 /// exist, naming it and what would.
 void check_las_write_options(const LasWriteOptions& options);
 
-/// Bytes of a record of a point format (0-10) without extra bytes.
-std::size_t las_record_bytes(int point_format);
-
 /// Bytes of one extra attribute: those of its type, or its own size for raw bytes.
 std::size_t extra_byte_size(const ExtraByte& attribute);
 

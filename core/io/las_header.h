@@ -12,6 +12,10 @@
 
 namespace cornice {
 
+/// Bytes before the data of a variable-length record, and of an extended one.
+inline constexpr std::size_t kVlrHeaderBytes = 54;
+inline constexpr std::size_t kEvlrHeaderBytes = 60;
+
 /// Bytes of a record of point format 0-10 without extra bytes (LAS 1.4 R15, tables 7-17).
 std::size_t las_base_record_bytes(int point_format);
 

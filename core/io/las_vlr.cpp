@@ -9,8 +9,6 @@
 namespace cornice {
 namespace {
 
-constexpr std::size_t kVlrHeader = 54;
-constexpr std::size_t kEvlrHeader = 60;
 constexpr std::size_t kExtraByteRecord = 192;
 /// Extended records beyond this (waveforms) are listed without their data.
 constexpr std::uint64_t kLargestEvlrData = 64ull << 20;
@@ -73,9 +71,10 @@ void parse_vlrs(ByteSource& source, const std::string& name, std::size_t header_
   const std::uint64_t end = info.point_data_offset;
   std::uint64_t at = header_bytes;
   for (std::uint32_t i = 0; i < claimed; ++i) {
-    const std::vector<std::uint8_t> head =
-        at + kVlrHeader <= end ? read_bytes(source, at, kVlrHeader) : std::vector<std::uint8_t>{};
-    if (head.size() < kVlrHeader) {
+    const std::vector<std::uint8_t> head = at + kVlrHeaderBytes <= end
+                                               ? read_bytes(source, at, kVlrHeaderBytes)
+                                               : std::vector<std::uint8_t>{};
+    if (head.size() < kVlrHeaderBytes) {
       info.warnings.push_back("the header announces " + std::to_string(claimed) +
                               " records, only " + std::to_string(i) + " fit before the points");
       return;
@@ -85,7 +84,7 @@ void parse_vlrs(ByteSource& source, const std::string& name, std::size_t header_
     record.record_id = load_le<std::uint16_t>(head, 18);
     const std::size_t length = load_le<std::uint16_t>(head, 20);
     record.description = load_text(head, 22, 32);
-    at += kVlrHeader;
+    at += kVlrHeaderBytes;
     if (at + length > end) {
       info.warnings.push_back(record_text(i, record) + " claims " + std::to_string(length) +
                               " bytes, " + std::to_string(end - at) +
@@ -105,7 +104,7 @@ void parse_vlrs(ByteSource& source, const std::string& name, std::size_t header_
 void parse_evlrs(ByteSource& source, std::uint64_t start, std::uint32_t claimed, LasInfo& info) {
   if (claimed == 0) return;
   if (start < info.point_data_offset ||
-      start > source.size() - std::min<std::uint64_t>(source.size(), kEvlrHeader)) {
+      start > source.size() - std::min<std::uint64_t>(source.size(), kEvlrHeaderBytes)) {
     info.warnings.push_back("the header announces " + std::to_string(claimed) +
                             " extended records at byte " + std::to_string(start) +
                             " where the file has none; they are ignored");
@@ -114,8 +113,8 @@ void parse_evlrs(ByteSource& source, std::uint64_t start, std::uint32_t claimed,
   info.point_data_end = start;
   std::uint64_t at = start;
   for (std::uint32_t i = 0; i < claimed; ++i) {
-    const std::vector<std::uint8_t> head = read_bytes(source, at, kEvlrHeader);
-    if (head.size() < kEvlrHeader) {
+    const std::vector<std::uint8_t> head = read_bytes(source, at, kEvlrHeaderBytes);
+    if (head.size() < kEvlrHeaderBytes) {
       info.warnings.push_back("the header announces " + std::to_string(claimed) +
                               " extended records, the file ends after " + std::to_string(i));
       return;
@@ -126,7 +125,7 @@ void parse_evlrs(ByteSource& source, std::uint64_t start, std::uint32_t claimed,
     record.record_id = load_le<std::uint16_t>(head, 18);
     const auto length = load_le<std::uint64_t>(head, 20);
     record.description = load_text(head, 28, 32);
-    at += kEvlrHeader;
+    at += kEvlrHeaderBytes;
     if (length > source.size() - at) {
       info.warnings.push_back("extended " + record_text(i, record) + " claims " +
                               std::to_string(length) + " bytes, the file has " +

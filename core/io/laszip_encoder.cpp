@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/io/las_header.h"
 
 namespace cornice {
 namespace {
@@ -41,7 +42,7 @@ class Laszip {
 
 void configure(const Laszip& laszip, const LasWriteOptions& options, const std::string& subject) {
   const std::size_t record =
-      las_record_bytes(options.point_format) + extra_stride_of(options.extra_bytes);
+      las_base_record_bytes(options.point_format) + extra_stride_of(options.extra_bytes);
   laszip.check(laszip_request_native_extension(laszip.get(), 1), subject);
   laszip.check(laszip_set_chunk_size(laszip.get(), options.chunk_points), subject);
   laszip.check(

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "core/io/las_header.h"
 #include "core/io/little_endian.h"
 
 namespace cornice {
@@ -12,7 +13,6 @@ namespace {
 
 constexpr std::size_t kWindowBytes = 1u << 20;
 constexpr std::size_t kHeaderBytes = 375;
-constexpr std::size_t kVlrHeader = 54;
 
 }  // namespace
 
@@ -77,7 +77,7 @@ std::vector<std::uint8_t> laszip_header(const LasInfo& info, const LazVlr& laz,
                                         std::uint64_t points) {
   std::vector<std::uint8_t> vlr;
   if (laz.compressor != LazVlr::kNone) vlr = encode_laz_vlr(laz);
-  const std::size_t offset = kHeaderBytes + (vlr.empty() ? 0 : kVlrHeader + vlr.size());
+  const std::size_t offset = kHeaderBytes + (vlr.empty() ? 0 : kVlrHeaderBytes + vlr.size());
   std::vector<std::uint8_t> head(kHeaderBytes, 0);
   std::memcpy(head.data(), "LASF", 4);
   head[24] = 1;
@@ -93,7 +93,7 @@ std::vector<std::uint8_t> laszip_header(const LasInfo& info, const LazVlr& laz,
   for (std::size_t axis = 0; axis < 3; ++axis) store_le<double>(head, 131 + 8 * axis, 0.01);
   store_le<std::uint64_t>(head, 247, points);
   if (vlr.empty()) return head;
-  std::vector<std::uint8_t> vlr_head(kVlrHeader, 0);
+  std::vector<std::uint8_t> vlr_head(kVlrHeaderBytes, 0);
   std::memcpy(vlr_head.data() + 2, "laszip encoded", 14);
   store_le<std::uint16_t>(vlr_head, 18, 22204);
   store_le<std::uint16_t>(vlr_head, 20, static_cast<std::uint16_t>(vlr.size()));

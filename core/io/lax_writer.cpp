@@ -5,14 +5,14 @@
 #include "core/io/lax_writer.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <map>
 #include <system_error>
 #include <utility>
+
+#include "core/io/little_endian.h"
 
 namespace cornice {
 namespace {
@@ -48,13 +48,6 @@ std::uint32_t level_offset(unsigned level) {
   std::uint32_t offset = 0;
   for (unsigned l = 0; l < level; ++l) offset += 1u << (2 * l);
   return offset;
-}
-
-template <class T>
-void put(std::string& out, T value) {
-  std::array<char, sizeof(T)> raw;
-  std::memcpy(raw.data(), &value, sizeof(T));
-  out.append(raw.data(), raw.size());
 }
 
 /// The quadtree's square: as many cells of one side, a power of two, as cover the points.
@@ -98,16 +91,16 @@ void put_head(std::string& out, const Grid& grid, double cell) {
   const double min_x = static_cast<double>(grid.min_column) * cell;
   const double min_y = static_cast<double>(grid.min_row) * cell;
   out += "LASX";
-  put(out, std::uint32_t{0});
+  append_le(out, std::uint32_t{0});
   out += "LASS";
-  put(out, std::uint32_t{0});  // kind: quadtree
+  append_le(out, std::uint32_t{0});  // kind: quadtree
   out += "LASQ";
-  put(out, std::uint32_t{0});
-  put(out, static_cast<std::uint32_t>(grid.levels()));
-  put(out, std::uint32_t{0});  // index and levels of a tile within a larger tree: none
-  put(out, std::uint32_t{0});
+  append_le(out, std::uint32_t{0});
+  append_le(out, static_cast<std::uint32_t>(grid.levels()));
+  append_le(out, std::uint32_t{0});  // index and levels of a tile within a larger tree: none
+  append_le(out, std::uint32_t{0});
   for (double bound : {min_x, min_x + side, min_y, min_y + side}) {
-    put(out, static_cast<float>(bound));
+    append_le(out, static_cast<float>(bound));
   }
 }
 
@@ -143,16 +136,16 @@ std::string LaxIndex::bytes() const {
   std::string out;
   put_head(out, grid, cell_);
   out += "LASV";
-  put(out, std::uint32_t{0});
-  put(out, static_cast<std::uint32_t>(numbered.size()));
+  append_le(out, std::uint32_t{0});
+  append_le(out, static_cast<std::uint32_t>(numbered.size()));
   for (auto& [number, cell] : numbered) {
     const std::vector<Interval> intervals = joined(std::move(cell.intervals));
-    put(out, number);
-    put(out, static_cast<std::uint32_t>(intervals.size()));
-    put(out, cell.points);
+    append_le(out, number);
+    append_le(out, static_cast<std::uint32_t>(intervals.size()));
+    append_le(out, cell.points);
     for (const Interval& interval : intervals) {
-      put(out, interval.first);
-      put(out, interval.last);
+      append_le(out, interval.first);
+      append_le(out, interval.last);
     }
   }
   return out;

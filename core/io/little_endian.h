@@ -28,8 +28,9 @@ void store_le(std::span<std::uint8_t> bytes, std::size_t offset, T value) {
   std::memcpy(bytes.data() + offset, &value, sizeof(T));
 }
 
-template <class T>
-void append_le(std::vector<std::uint8_t>& bytes, T value) {
+/// `bytes`: a vector of bytes or a string.
+template <class T, class Bytes>
+void append_le(Bytes& bytes, T value) {
   const std::size_t at = bytes.size();
   bytes.resize(at + sizeof(T));
   std::memcpy(bytes.data() + at, &value, sizeof(T));
