@@ -124,8 +124,9 @@ Crs settle_crs(std::vector<Opened>& tiles) {
   };
   for (Opened& opened : tiles) {
     if (!opened.tile.problem.empty() || same_crs(chosen, opened.crs)) continue;
-    opened.tile.problem = "is in " + named(opened.crs) + ", the survey in " + named(chosen) +
-                          "; reproject it, or say --crs if the file is wrong";
+    opened.tile.problem =
+        "is in " + named(opened.crs) + ", the survey in " + named(chosen) +
+        "; reproject it, or name the survey's own (crs, --crs) if the file is wrong";
   }
   return chosen;
 }

@@ -148,8 +148,8 @@ void find_line_defects(const PointFacts& facts, Defects& defects) {
   for (const LineFacts& line : facts.lines) shared += line.passes > 1 ? 1 : 0;
   if (shared > 0) {
     add(defects, "shared_source_id",
-        counted(shared, "point source id") + " cover several passes (silence of more than " +
-            fixed(kPassGap_s, 0) + " s)");
+        counted(shared, "point source id") + (shared == 1 ? " covers" : " cover") +
+            " several passes (silence of more than " + fixed(kPassGap_s, 0) + " s)");
   }
   const bool only_zero = !facts.lines.empty() && facts.lines.back().point_source_id == 0;
   if (only_zero && facts.readable > 1) {
