@@ -39,7 +39,6 @@ void StepError::prepare(const Simplifier& simplifier, std::span<const Float4> fi
   simplifier_ = &simplifier;
   fine_ = fine;
   original_ = original;
-  shared_ = shared;
   const std::size_t count = fine.size();
   feet_.resize(count);
   first_.assign(count, kNone);
@@ -115,20 +114,17 @@ CORNICE_INLINE void StepError::find_feet(std::uint32_t parent) {
     Foot foot{{parent, parent, parent}, std::numeric_limits<float>::infinity()};
     foot_in(fan_, parent, way, foot);
     if (foot.is_point()) foot.distance = way_square;
-    const float distance = std::sqrt(std::abs(foot.distance));
     const bool may_be_nearer =
-        foot.distance < 0 || (foot.distance > kFarFoot * kFarFoot * way_square && !foot.is_point());
-    foot.distance = may_be_nearer ? -distance : distance;
-    feet_[v] = foot;
-    // What several ranges have must have one foot for all of them.
-    const bool is_border = simplifier_->is_border(v);
-    if (may_be_nearer && (is_border || (!shared_.empty() && shared_[v] != 0))) look_round(v);
-    if (is_border) feet_[v].distance = std::max(feet_[v].distance, border_distance(v));
+        foot.distance < 0 || (!foot.is_point() && foot.distance > kFarFoot * kFarFoot * way_square);
+    feet_[v] = {foot.corners, std::sqrt(std::abs(foot.distance))};
+    if (may_be_nearer) look_round(v);
+    if (simplifier_->is_border(v))
+      feet_[v].distance = std::max(feet_[v].distance, border_distance(v));
   }
 }
 
 /// Looks for a nearer foot round the foot's triangle, and on as long as there is one.
-CORNICE_CLONES void StepError::look_round(std::uint32_t vertex) {
+CORNICE_INLINE void StepError::look_round(std::uint32_t vertex) {
   Foot foot = feet_[vertex];
   foot.distance *= foot.distance;
   std::array<std::uint32_t, kLookLimit> seen{foot.corners[0]};
@@ -190,7 +186,6 @@ void StepError::Crossings::fill_up() {
 float StepError::list_edges(std::size_t begin, std::size_t end, float least) {
   edges_.resize(3 * (end - begin) + 1);
   std::array<std::uint32_t, 2>* edge = edges_.data();
-  float open = 0;
   for (std::size_t i = begin; i < end; ++i) {
     const Triangle& t = original_[i];
     for (std::size_t e = 0; e < 3; ++e) {
@@ -198,25 +193,11 @@ float StepError::list_edges(std::size_t begin, std::size_t end, float least) {
       const bool is_again = (from > to) & ((within_[from] | within_[to]) != 0);
       *edge = {std::min(from, to), std::max(from, to)};
       edge += !is_again;
-      const float distance = feet_[from].distance;
-      least = std::max(least, distance);
-      open = std::min(open, distance);
+      least = std::max(least, feet_[from].distance);
     }
   }
   edges_.resize(static_cast<std::size_t>(edge - edges_.data()));
-  return -open > least ? settle_feet(least) : least;
-}
-
-/// Looks for nearer feet where that can make the largest distance smaller.
-float StepError::settle_feet(float error) {
-  for (const std::array<std::uint32_t, 2>& edge : edges_) {
-    for (const std::uint32_t v : edge) {
-      if (!(-feet_[v].distance > error)) continue;
-      look_round(v);
-      error = std::max(error, feet_[v].distance);
-    }
-  }
-  return error;
+  return least;
 }
 
 /// Takes the edges apart: those that pass over one coarse edge, others, and those with both feet on
@@ -272,7 +253,15 @@ bool StepError::pass_between(std::uint32_t a, std::uint32_t b) {
   for (const std::uint32_t v : from.corners) p = to.has(v) ? v : p;
   if (p == kNone) return false;
   const Link& link = simplifier_->links().of(p);
-  if (link.is_loose()) return false;
+  if (link.is_loose()) {
+    bool found = false;
+    simplifier_->links().for_each_arc(p, [&](std::uint32_t next, std::uint32_t prev) {
+      const bool on = from.has(next) && to.has(prev), back = from.has(prev) && to.has(next);
+      if (!found && (on || back)) twice_.add(a, b, {p, on ? next : prev, on ? prev : next});
+      found = found || on || back;
+    });
+    return found;
+  }
   const std::uint32_t of_from = places_in(link, from.corners);
   const std::uint32_t of_to = places_in(link, to.corners);
   const std::uint32_t on = one_place_on(link, of_from) & of_to;
@@ -304,8 +293,18 @@ bool StepError::pass_from_point(std::uint32_t a, std::uint32_t b) {
   const Foot& to = feet_[b];
   // An edge between two vertices that stay does, too, where the surface is a manifold.
   if (to.is_point() && (within_[a] | within_[b]) != 0) return true;
-  const Link& link = simplifier_->links().of(feet_[a].corners[0]);
-  if (link.is_loose()) return false;
+  const std::uint32_t at = feet_[a].corners[0];
+  const Link& link = simplifier_->links().of(at);
+  if (link.is_loose()) {
+    bool found = false;
+    simplifier_->links().for_each_arc(at, [&](std::uint32_t next, std::uint32_t prev) {
+      const bool reaches =
+          to.is_point() ? to.has(next) || to.has(prev) : to.has(next) && to.has(prev);
+      if (reaches && !found && !to.is_point()) once_.add(a, b, {next, prev, next});
+      found = found || reaches;
+    });
+    return found;
+  }
   const std::uint32_t places = places_in(link, to.corners);
   if (to.is_point()) return places != 0;
   const std::uint32_t both = one_place_on(link, places) & places;

@@ -18,12 +18,11 @@ namespace cornice::hlod {
 ///
 /// What is measured is how far a continuous map from the fine surface onto the coarse one moves any
 /// point, which bounds the distance both ways. A fine vertex that stays is mapped to itself, any
-/// other to its foot, the nearest point of the coarse triangles round its parent. Where that is
-/// farther off than anything else, and another triangle may be nearer, that one is looked for.
-/// Where the ends of a fine edge have their feet on different triangles,
-/// the edge passes over the coarse edges in between, and for each of them the two points, one of
-/// the fine edge and one of the coarse, that lie nearest to each other are mapped to each other.
-/// Between these points everything is linear, so nothing moves farther than they do.
+/// other to its foot, the nearest point of the coarse triangles round its parent, or of those round
+/// it where one of them may be nearer. Where the ends of a fine edge have their feet on different
+/// triangles, the edge passes over the coarse edges in between, and for each of them the two
+/// points, one of the fine edge and one of the coarse, that lie nearest to each other are mapped to
+/// each other. Between these points everything is linear, so nothing moves farther than they do.
 class StepError {
  public:
   /// fine: positions before rounding, same units as mesh.positions; original: the triangles before
@@ -39,7 +38,7 @@ class StepError {
   /// Where a fine vertex is mapped to: a coarse triangle by its corners, or thrice one vertex.
   struct alignas(16) Foot {
     Triangle corners;
-    float distance;  ///< below 0: its negative, and another triangle may be nearer
+    float distance;  ///< squared and below 0 in foot_in(): beyond the fan's rim may be a nearer one
 
     bool is_point() const { return corners[0] == corners[1]; }
     bool has(std::uint32_t v) const {
@@ -69,7 +68,6 @@ class StepError {
   void look_round(std::uint32_t vertex);
   float border_distance(std::uint32_t vertex) const;
   float list_edges(std::size_t begin, std::size_t end, float least);
-  float settle_feet(float error);
   void find_crossings();
   float pass(std::uint32_t a, std::uint32_t b, float error);
   bool pass_between(std::uint32_t a, std::uint32_t b);
@@ -90,7 +88,6 @@ class StepError {
   std::vector<Foot> feet_;
   /// 1 where the edges of a vertex are met twice, from both their sides, in the same range.
   std::vector<std::uint8_t> within_;
-  std::span<const std::uint8_t> shared_;
   /// Lists of what became each vertex: the first, and per vertex the next of its list.
   std::vector<std::uint32_t> first_, next_;
   Fan fan_, farther_;

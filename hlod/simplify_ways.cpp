@@ -141,7 +141,7 @@ float StepError::search(std::uint32_t a, std::uint32_t b) const {
     for (std::size_t e = 0; e < 3; ++e) cross_edge(t, e, passed);
   }
   // No way there: what is certain is that distances grow no faster than the way along the edge.
-  return std::max(std::abs(from.distance), std::abs(to.distance)) + norm(fine(b) - fine(a));
+  return std::max(from.distance, to.distance) + norm(fine(b) - fine(a));
 }
 
 }  // namespace cornice::hlod
