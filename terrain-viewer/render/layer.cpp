@@ -19,7 +19,7 @@ namespace {
 constexpr std::uint32_t kNoParent = std::numeric_limits<std::uint32_t>::max();
 /// Of the error that a surface may have on the screen, what radii are made for: light shows relief
 /// that is flatter than that (decision 600).
-constexpr double kErrorShare = 0.9;
+constexpr double kErrorShare = 0.85;
 /// Radii reach what they should be within some such times; slow enough not to be seen.
 constexpr double kRadiiSeconds = 0.35;
 /// How far ahead of the eye's motion is read.

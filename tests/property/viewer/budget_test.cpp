@@ -11,7 +11,7 @@
 namespace cornice::viewer {
 namespace {
 
-constexpr double kErrorPixels = 2.0;
+constexpr double kErrorPixels = 2.12;
 
 class Budget : public CraterFixture {};
 

@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kWidth = 400, kHeight = 304, kBlock = 8;
 /// Coarse, so that morphs are large.
-constexpr double kErrorPixels = 8.0;
+constexpr double kErrorPixels = 8.47;
 constexpr int kSteps = 300;
 /// Mean brightness that a block may change by from step to step, more than it does with the finest
 /// mesh alone. Morphing is continuous: it changes less the shorter the step, a pop does not.
