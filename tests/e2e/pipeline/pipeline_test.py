@@ -411,7 +411,7 @@ class Pipeline(unittest.TestCase):
         try:
             code, text = self.process()
             self.assertEqual(code, 1)
-            self.assertIn("No space left on device", text)
+            self.assertIn("the disk is full; free some space", text)
             half = [name for _, _, names in os.walk(os.path.join(self.output, "points"))
                     for name in names if not name.endswith(".ply")]
             self.assertEqual(half, [])
