@@ -19,8 +19,8 @@ constexpr std::uint16_t kNoParent = 0xffff;
 /// |coordinate| of a point, steps of its level.
 constexpr std::int32_t kPositionLimit = 1 << 30;
 
-/// How a vertex names its parent. "Settles": the parent lies at this vertex's
-/// coarsened position, and is the first of its children to do so.
+/// How a vertex names its parent. "Settles": the parent lies at this vertex's coarsened position,
+/// and is the first of its children to do so.
 enum ParentCode : std::uint8_t {
   kFresh = 0,           ///< the next new parent, settled by this vertex
   kSameAs = 1,          ///< 1, 2, 3: the parent of reference a, b, o
@@ -74,8 +74,8 @@ std::vector<std::uint16_t> read_far(BlockReader& block, std::size_t count) {
 
 // ---- Positions.
 
-/// Calls code(list, v, coordinate, guess) for the coordinates of a vertex in
-/// the order in which they become known, the one along axis() last.
+/// Calls code(list, v, coordinate, guess) for the coordinates of a vertex in the order in which
+/// they become known, the one along axis() last.
 template <std::size_t kAxis, class Code>
 void code_vertex(const PositionGuess& guess, std::size_t v, Triple& position, const Code& code) {
   constexpr std::size_t s = (kAxis + 1) % 3, t = (kAxis + 2) % 3;
@@ -84,8 +84,7 @@ void code_vertex(const PositionGuess& guess, std::size_t v, Triple& position, co
   code(2, v, position[kAxis], guess.last<kAxis>(position));
 }
 
-/// The same for every vertex but the first; code() stores or fills in the
-/// coordinate.
+/// The same for every vertex but the first; code() stores or fills in the coordinate.
 template <class Code>
 void for_each_coordinate(std::vector<Triple>& positions, std::span<const SmallTriangle> references,
                          const Code& code) {
@@ -146,8 +145,8 @@ std::vector<PackedNormal> guessed_normals(std::span<const CellVertex> vertices,
   return guesses;
 }
 
-// ---- Parents. `like` of a parent is the child whose attributes it most likely
-// has: the one that settles it, else its first.
+// ---- Parents. `like` of a parent is the child whose attributes it most likely has: the one that
+// settles it, else its first.
 
 std::vector<PackedNormal> normals_of(std::span<const CellVertex> vertices,
                                      std::span<const std::uint16_t> which) {
@@ -157,8 +156,7 @@ std::vector<PackedNormal> normals_of(std::span<const CellVertex> vertices,
   return normals;
 }
 
-/// Parents in order of their first child, as a walk over the vertices finds
-/// them.
+/// Parents in order of their first child, as a walk over the vertices finds them.
 struct ParentPlan {
   std::vector<std::uint8_t> codes;  ///< one per vertex
   std::vector<std::uint16_t> far;
