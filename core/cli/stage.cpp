@@ -26,6 +26,7 @@ namespace fs = std::filesystem;
 
 constexpr double kMaxThreads = 1024;
 constexpr int kExitBySignal = 128;
+constexpr const char* kReportOption = "report";
 
 std::vector<Option> describe(CommonOptions& o) {
   std::vector<Option> options{
@@ -33,7 +34,8 @@ std::vector<Option> describe(CommonOptions& o) {
           .range(0, kMaxThreads)
           .short_flag('j'),
       Option("memory", o.memory_gib, "memory it may use, 0: the machine's").at_least(0).unit("GiB"),
-      Option("report", o.report, "writes a JSON report of the run there, replacing an older one"),
+      Option(kReportOption, o.report,
+             "writes a JSON report of the run there, replacing an older one"),
       Option("overwrite", o.overwrite, "replaces an output that exists"),
       Option("log-level", o.log_level, "least important lines shown")
           .words({"error", "warning", "info", "debug"})
@@ -95,9 +97,31 @@ Failure describe_failure(int signal_number) {
   }
 }
 
+/// The files and folders that an option names.
+std::vector<fs::path> paths_of(const Option& option) {
+  if (const auto* path = std::get_if<fs::path*>(&option.field())) return {**path};
+  if (const auto* paths = std::get_if<std::vector<fs::path>*>(&option.field())) return **paths;
+  return {};
+}
+
+/// A file that is read must outlive the run, whatever --overwrite says.
+void refuse_to_replace_inputs(const fs::path& written, const std::vector<Option>& options) {
+  std::error_code ignored;
+  if (!fs::is_regular_file(written, ignored)) return;
+  for (const Option& option : options) {
+    if (option.is_output() || option.name() == kReportOption) continue;
+    for (const fs::path& path : paths_of(option)) {
+      if (!fs::equivalent(path, written, ignored)) continue;
+      throw UsageError(written.string(), "is read by this run; write to another file");
+    }
+  }
+}
+
 void prepare_outputs(const std::vector<Option>& options, const CommonOptions& common) {
+  refuse_to_replace_inputs(common.report, options);
   for (const Option& option : options) {
     if (!option.is_output()) continue;
+    refuse_to_replace_inputs(*std::get<fs::path*>(option.field()), options);
     const fs::path& path = *std::get<fs::path*>(option.field());
     if (path.empty()) continue;
     check_output(path, common);

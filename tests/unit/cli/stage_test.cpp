@@ -101,6 +101,20 @@ TEST_F(StageFrame, KeepsAnExistingOutputUnlessToldToOverwrite) {
   EXPECT_NE(read_text(folder_ / "out.txt"), "old");
 }
 
+TEST_F(StageFrame, NeverReplacesAFileThatItReads) {
+  const std::string in = folder_ / "in.txt";
+  std::filesystem::create_hard_link(in, folder_ / "again.txt");
+  const std::vector<std::string> names{in, folder_.path() / "." / "in.txt", folder_ / "again.txt"};
+  for (const std::string& name : names) {
+    const ProcessResult as_output = run_process({kProbe, in, "-o", name, "--overwrite"});
+    EXPECT_EQ(as_output.exit_code, 2);
+    EXPECT_THAT(as_output.err, HasSubstr(name + ": is read by this run; write to another file"));
+    EXPECT_EQ(probe({"--report", name}).exit_code, 2);
+  }
+  EXPECT_EQ(read_text(in), "input");
+  EXPECT_THAT(folder_.entries(), ElementsAre("again.txt", "in.txt"));
+}
+
 TEST_F(StageFrame, KeepsTheOldOutputWhenTheNewRunFails) {
   write_text(folder_ / "out.txt", "old");
   EXPECT_EQ(probe({"--overwrite", "--end", "run"}).exit_code, 1);
