@@ -144,19 +144,23 @@ def views(plan):
     OpenGL, and nothing else wants it."""
     if not records.has_succeeded(plan, "hlod", records.SURVEY):
         return ""
-    body, cameras = "", {}
+    parts, problems, has_camera = [], [], set()
     for name, caption, view, words in VIEWS:
-        light_and_camera = ["--view", view]
-        if view in cameras:
-            light_and_camera += ["--camera", cameras[view]]
-        else:
-            cameras[view] = records.path(plan, "pictures", view + ".json")
-            light_and_camera += ["--save-camera", cameras[view]]
-        drawn, problem = draw_view(plan, name, light_and_camera + words)
-        if drawn is None:
-            return body + page.paragraph(f"No pictures by cornice-viewer: {problem}.", "soft")
-        body += page.picture(drawn, caption)
-    return body
+        # The light of the view, and its camera where a picture before this one has found it.
+        camera = records.path(plan, "pictures", view + ".json")
+        words = ["--view", view, "--camera" if view in has_camera else "--save-camera", camera] + words
+        drawn, problem = draw_view(plan, name, words)
+        if drawn is not None:
+            has_camera.add(view)
+            parts.append(page.picture(drawn, caption))
+            continue
+        problems.append(problem)
+        parts.append(page.paragraph(f"The picture \"{name}\" is missing: {problem}.", "warning"))
+        if len(problems) == len({view for _, _, view, _ in VIEWS}) and not has_camera:
+            break
+    if not has_camera:
+        return page.paragraph(f"No pictures by cornice-viewer: {problems[0]}.", "soft")
+    return "".join(parts)
 
 
 def part_of(shown, everything):

@@ -24,6 +24,10 @@ constexpr double kSteepestPitchDeg = -60.0, kBackShare = 0.1;
 constexpr double kPartShare = 1.0 / 6.0, kPartLeastM = 25.0, kPartMostM = 250.0;
 /// What counts as steep in it.
 constexpr double kSteepZ = 0.7071;
+/// What close views are weighed by: how squarely the steep part faces the eye counts 1; emptiness
+/// past the survey's edge, in the foreground most, takes more from that than a slanting view does;
+/// so does, from kGentlePitchDeg on, looking down, which shows no relief.
+constexpr double kVoidWeight = 2.0, kHiddenWeight = 1.0, kDownWeight = 0.5, kGentlePitchDeg = -30.0;
 
 Box3d box_of(const std::vector<Facet>& facets) {
   Box3d box;
@@ -75,6 +79,7 @@ class Grid {
   int column(double x) const { return static_cast<int>(std::floor((x - lowest_.x) / side_)); }
   int row(double y) const { return static_cast<int>(std::floor((y - lowest_.y) / side_)); }
   double steep(int c, int r) const { return is_inside(c, r) ? steep_[index(c, r)] : 0.0; }
+  bool contains(Vec3d p) const { return is_inside(column(p.x), row(p.y)); }
   /// The highest there; minus infinity where there is nothing.
   double top(int c, int r) const {
     return is_inside(c, r) ? top_[index(c, r)] : -std::numeric_limits<double>::infinity();
@@ -133,6 +138,62 @@ bool is_free(const Grid& ground, Vec3d eye, Vec3d target, double clearance_m) {
     if (p.z < ground.top(c, r) + clearance_m) return false;
   }
   return true;
+}
+
+/// The share of a picture below the horizon where there is no ground, the foreground counted up to
+/// twice. Rays are followed for `reach_m`; what is farther is not missed.
+double empty_share(const Grid& ground, double lowest_z, double step_m, double reach_m,
+                   const Camera& camera, double width_over_height) {
+  constexpr int kColumns = 16, kRows = 10;
+  const CameraAxes axes = axes_of(camera);
+  const double up = std::tan(0.5 * camera.field_of_view_deg * kRadians);
+  const auto meets_ground = [&](Vec3d way) {
+    for (double t = 0.0; t < reach_m; t += step_m) {
+      const Vec3d p = camera.eye + t * way;
+      if (p.z < ground.top(ground.column(p.x), ground.row(p.y))) return true;
+      if (p.z < lowest_z) return false;
+    }
+    return ground.contains(camera.eye + reach_m * way);
+  };
+  double empty = 0.0;
+  for (int row = 0; row < kRows; ++row) {
+    const double y = 1.0 - 2.0 * (row + 0.5) / kRows;
+    for (int column = 0; column < kColumns; ++column) {
+      const double x = (2.0 * (column + 0.5) / kColumns - 1.0) * width_over_height;
+      const Vec3d way = normalized(axes.forward + up * x * axes.right + up * y * axes.up);
+      if (way.z < 0.0 && !meets_ground(way)) empty += 1.0 - y;
+    }
+  }
+  return empty / (kColumns * kRows);
+}
+
+/// The steepest part of a survey.
+struct Wall {
+  std::vector<Vec3d> points;
+  Vec3d outward, target;  ///< where it faces, about; its middle
+  double area_m2 = 0.0;   ///< of what is steep in it
+};
+
+constexpr double weight_of(const Facet& facet) {
+  return facet.area_m2 * (facet.normal.z < kSteepZ ? 1.0 : 1e-3);
+}
+
+Wall steepest_wall(const std::vector<Facet>& facets, const Grid& halves, Vec3d near) {
+  const Part part = steepest_part(halves);
+  Wall wall;
+  for (const Facet& facet : facets) {
+    const int c = halves.column(facet.centre.x) - part.column;
+    const int r = halves.row(facet.centre.y) - part.row;
+    if (c < 0 || c > 1 || r < 0 || r > 1) continue;
+    const double weight = weight_of(facet);
+    wall.points.push_back(facet.centre);
+    wall.outward += weight * Vec3d{facet.normal.x, facet.normal.y, facet.normal.z};
+    wall.target += weight * (facet.centre - near);
+    wall.area_m2 += weight;
+  }
+  wall.target = near + wall.target / wall.area_m2;
+  wall.outward = wall.outward / wall.area_m2;
+  return wall;
 }
 
 }  // namespace
@@ -220,29 +281,28 @@ Camera steepest_view(const std::vector<Facet>& facets, double width_over_height)
     halves.add(facet);
     ground.add(facet);
   }
-  const Part part = steepest_part(halves);
-  std::vector<Vec3d> points;
-  Vec3d outward, target;
-  double area = 0.0;
-  for (const Facet& facet : facets) {
-    const int c = halves.column(facet.centre.x) - part.column;
-    const int r = halves.row(facet.centre.y) - part.row;
-    if (c < 0 || c > 1 || r < 0 || r > 1) continue;
-    points.push_back(facet.centre);
-    const double weight = facet.area_m2 * (facet.normal.z < kSteepZ ? 1.0 : 1e-3);
-    outward += weight * Vec3d{facet.normal.x, facet.normal.y, 0.0};
-    target += weight * (facet.centre - box.min);
-    area += weight;
+  const Wall wall = steepest_wall(facets, halves, box.min);
+  const Vec3d front{-wall.outward.x, -wall.outward.y, 0.0};
+  const Camera ahead = looking_at({}, Vec3d{}, norm(front) > 1e-6 ? front : Vec3d{0, 1, 0});
+  const double step = 0.1 * side, reach = 40.0 * side;
+  Camera best;
+  double most = -std::numeric_limits<double>::infinity();
+  for (const double aside : {0.0, -30.0, 30.0, -60.0, 60.0}) {
+    for (double pitch = -5.0; pitch >= -75.0; pitch -= 5.0) {
+      Camera camera{{}, ahead.heading_deg + aside, pitch, kCloseFieldDeg};
+      camera = fitted(camera, wall.points, width_over_height, kCloseMargin);
+      const double down = std::max(0.0, kGentlePitchDeg - pitch) / 90.0;
+      double good = -dot(wall.outward, axes_of(camera).forward) - kDownWeight * down;
+      if (!is_free(ground, camera.eye, wall.target, 0.02 * side)) good -= kHiddenWeight;
+      if (good <= most) continue;
+      good -= kVoidWeight *
+              empty_share(ground, box.min.z - step, step, reach, camera, width_over_height);
+      if (good <= most) continue;
+      most = good;
+      best = camera;
+    }
   }
-  target = box.min + target / area;
-  Camera camera = looking_at({}, Vec3d{}, norm(outward) > 1e-6 * area ? -outward : Vec3d{0, 1, 0});
-  camera.field_of_view_deg = kCloseFieldDeg;
-  for (double pitch = -5.0; pitch >= -75.0; pitch -= 5.0) {
-    camera.pitch_deg = pitch;
-    camera = fitted(camera, points, width_over_height, kCloseMargin);
-    if (is_free(ground, camera.eye, target, 0.02 * side)) break;
-  }
-  return camera;
+  return best;
 }
 
 double sun_azimuth_for(const Camera& camera) {

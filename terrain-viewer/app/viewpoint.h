@@ -28,8 +28,9 @@ std::vector<Facet> facets_of(const hlod::File& file, std::uint64_t most = 400'00
 Camera overview(const std::vector<Facet>& facets, double width_over_height);
 
 /// A close view, from the front, of the steepest part: of all squares with ground all around them
-/// the one where the slopes' areas, weighted by steepness, sum up to most. As level as the ground
-/// before it allows. facets: one at least.
+/// the one where the slopes' areas, weighted by steepness, sum up to most. As square to it as can
+/// be without ground in between, or emptiness in the foreground where it falls off the survey's
+/// edge: from up to 60 degrees aside, and from above. facets: one at least.
 Camera steepest_view(const std::vector<Facet>& facets, double width_over_height);
 
 /// Moved back or forth, and sideways, until all points just fit into the picture, `margin` of its

@@ -157,6 +157,24 @@ class Report(unittest.TestCase):
             known.add(view)
         self.assertLess(len(known), len(lines), "no view is used again")
 
+    def test_shows_the_other_pictures_of_the_viewer_where_one_fails(self):
+        views, text = self.view(
+            'case "$*" in *"--view overview"*) echo "cornice-viewer: error: broken" >&2; exit 1;; '
+            'esac\nwhile [ "$1" != -o ]; do shift; done\n: > "$2"\n')
+        self.assertEqual(len(views), len(report.VIEWS) - 1)
+        self.assertIn('The picture "overview" is missing: broken.', text)
+        self.assertNotIn("No pictures by cornice-viewer", text)
+
+    def test_looks_for_a_view_again_where_its_first_picture_fails(self):
+        views, _ = self.view(
+            'echo "$@" >> "$0.log"\ncase "$*" in *"pictures/steepest.jpg"*) exit 1;; esac\n'
+            'while [ "$1" != -o ]; do shift; done\n: > "$2"\n')
+        lines = (self.folder / "programs" / "cornice-viewer.log").read_text(
+            encoding="utf-8").splitlines()
+        self.assertEqual(len(views), len(report.VIEWS) - 1)
+        saved = [line for line in lines if "--save-camera" in line and "--view steepest" in line]
+        self.assertEqual(len(saved), 2, lines)
+
     def test_says_in_one_line_why_there_is_nothing_of_the_viewer(self):
         sleepless, report.MOST_VIEW_SECONDS = report.MOST_VIEW_SECONDS, 0.2
         self.addCleanup(setattr, report, "MOST_VIEW_SECONDS", sleepless)

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numbers>
 
 namespace cornice::viewer {
 namespace {
@@ -114,12 +115,39 @@ TEST(SteepestView, LooksAtTheWallFromItsFrontWithNothingBetween) {
 TEST(SteepestView, LooksOverARidgeInFrontOfTheWall) {
   // Gentle enough, 40 degrees at most, not to be the steepest part itself.
   const auto ridged = [](double x, double y) {
-    return wall(x, y) + 90.0 * std::exp(-std::pow((x - 400.0) / 70.0, 2.0));
+    return wall(x, y) + 90.0 * std::exp(-std::pow((x - 460.0) / 70.0, 2.0));
   };
   const Camera camera = steepest_view(ground(ridged), kShape);
   EXPECT_NEAR(camera.heading_deg, 90.0, 10.0);
   EXPECT_LT(camera.pitch_deg, steepest_view(ground(wall), kShape).pitch_deg);
   EXPECT_NEAR(first_hit(camera, ridged).x, 2'600'600.0, 30.0) << "not the ridge";
+}
+
+TEST(SteepestView, OfAWallAtTheEdgeOfTheSurveyHasGroundInTheForeground) {
+  // Falls to the west, and ends 30 m beyond its foot.
+  const auto edge = [](double x, double y) {
+    return 1000.0 + 150.0 * std::clamp((x - 30.0) / 60.0, 0.0, 1.0) + 0.01 * y;
+  };
+  const Camera camera = steepest_view(ground(edge), kShape);
+  const CameraAxes axes = axes_of(camera);
+  const double up = std::tan(0.5 * camera.field_of_view_deg * std::numbers::pi / 180.0);
+  int ground_seen = 0, rays = 0;
+  for (double y = -0.95; y < 0.0; y += 0.1) {
+    for (double x = -0.95; x < 1.0; x += 0.1) {
+      const Vec3d way = axes.forward + up * kShape * x * axes.right + up * y * axes.up;
+      ++rays;
+      for (double t = 0.0; t < 2000.0; t += 2.0) {
+        const Vec3d p = camera.eye + t * way - Vec3d{2'600'000.0, 1'200'000.0, 0.0};
+        if (p.x < 0.0 || p.y < 0.0 || p.x > 1000.0 || p.y > 1000.0 || p.z > edge(p.x, p.y))
+          continue;
+        ++ground_seen;
+        break;
+      }
+    }
+  }
+  EXPECT_GE(ground_seen, 0.8 * rays);
+  EXPECT_GT(camera.pitch_deg, -70.0) << "shows no wall";
+  EXPECT_LT(std::abs(camera.heading_deg - 90.0), 75.0) << "sees its front";
 }
 
 TEST(Viewpoints, AreFoundOfASingleTriangle) {
