@@ -132,6 +132,7 @@ void Report::add_input(const fs::path& path) {
 }
 
 void Report::add_output(const fs::path& path) {
+  if (path.empty()) return;
   if (std::find(outputs_.begin(), outputs_.end(), path) == outputs_.end()) outputs_.push_back(path);
 }
 

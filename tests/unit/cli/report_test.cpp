@@ -100,6 +100,7 @@ TEST(Report, ListsOutputsThatExistWithTheirSize) {
   report.add_output(folder / "abc");
   report.add_output(folder / "abc");
   report.add_output(folder / "never-written");
+  report.add_output("");
   const auto json = report.to_json();
   ASSERT_EQ(json["outputs"].size(), 1u);
   EXPECT_EQ(json["outputs"][0]["bytes"], 3);
