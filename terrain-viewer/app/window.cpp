@@ -1,13 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "terrain-viewer/app/window.h"
 
-#include <epoxy/gl.h>
-// After epoxy, which brings OpenGL's declarations.
-#include <GLFW/glfw3.h>
-#include <backends/imgui_impl_glfw.h>
-#include <backends/imgui_impl_opengl3.h>
-#include <imgui.h>
-
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -22,59 +15,16 @@
 #include "core/base/error.h"
 #include "terrain-viewer/app/camera_memory.h"
 #include "terrain-viewer/app/controls.h"
+#include "terrain-viewer/app/input_queue.h"
 #include "terrain-viewer/app/panels.h"
 #include "terrain-viewer/app/pick.h"
 #include "terrain-viewer/app/picture.h"
 #include "terrain-viewer/app/session.h"
-#include "terrain-viewer/render/offscreen_context.h"
+#include "terrain-viewer/app/window_system.h"
 #include "terrain-viewer/scene/camera_file.h"
 
 namespace cornice::viewer {
 namespace {
-
-/// GLFW, its window and ImGui, from the first to the last.
-class WindowSystem {
- public:
-  explicit WindowSystem(PixelSize size) {
-    const auto fail = [](const std::string& what) {
-      const char* reason = nullptr;
-      glfwGetError(&reason);
-      throw RunError("window", what + (reason != nullptr ? std::string(": ") + reason : "") +
-                                   "; --headless draws pictures without a window");
-    };
-    if (glfwInit() != GLFW_TRUE) fail("there is no display to open one on");
-    glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 4);
-    glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 5);
-    glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
-    window_ = glfwCreateWindow(size.width, size.height, "Cornice", nullptr, nullptr);
-    if (window_ == nullptr) {
-      glfwTerminate();
-      fail("cannot be opened with OpenGL 4.5");
-    }
-    glfwMakeContextCurrent(window_);
-    glfwSwapInterval(1);
-    // A key of flying that goes down and up between two slow frames still counts.
-    glfwSetInputMode(window_, GLFW_STICKY_KEYS, GLFW_TRUE);
-    require_gl_45();
-    ImGui::CreateContext();
-    ImGui::GetIO().IniFilename = nullptr;
-    ImGui_ImplGlfw_InitForOpenGL(window_, true);
-    ImGui_ImplOpenGL3_Init("#version 450 core");
-  }
-  ~WindowSystem() {
-    ImGui_ImplOpenGL3_Shutdown();
-    ImGui_ImplGlfw_Shutdown();
-    ImGui::DestroyContext();
-    glfwDestroyWindow(window_);
-    glfwTerminate();
-  }
-  WindowSystem(const WindowSystem&) = delete;
-  WindowSystem& operator=(const WindowSystem&) = delete;
-  GLFWwindow* get() const { return window_; }
-
- private:
-  GLFWwindow* window_ = nullptr;
-};
 
 /// Targets of the window's size.
 struct Canvas {
@@ -110,12 +60,7 @@ class WindowApp {
     glfwSetDropCallback(window_.get(), [](GLFWwindow* window, int count, const char** paths) {
       for (int i = 0; i < count; ++i) of(window).open_file(paths[i]);
     });
-    // In place of ImGui's, which it calls.
-    glfwSetKeyCallback(window_.get(),
-                       [](GLFWwindow* window, int key, int scancode, int action, int held) {
-                         ImGui_ImplGlfw_KeyCallback(window, key, scancode, action, held);
-                         if (action == GLFW_PRESS) of(window).presses_.push_back({key, held});
-                       });
+    listen();
   }
 
   void run() {
@@ -147,13 +92,101 @@ class WindowApp {
     return *static_cast<WindowApp*>(glfwGetWindowUserPointer(window));
   }
 
+  /// Puts what happens into the queue, in place of ImGui, which gets it from there.
+  void listen() {
+    glfwSetKeyCallback(
+        window_.get(), [](GLFWwindow* window, int key, int scancode, int action, int held) {
+          if (action == GLFW_REPEAT) return;
+          const bool is_modifier = key >= GLFW_KEY_LEFT_SHIFT && key <= GLFW_KEY_RIGHT_SUPER;
+          const bool is_letter = key < GLFW_KEY_ESCAPE && (held & GLFW_MOD_CONTROL) == 0;
+          of(window).happened({.kind = InputEvent::Kind::kKey,
+                               .code = key,
+                               .scancode = scancode,
+                               .held = held,
+                               .is_down = action == GLFW_PRESS,
+                               .is_modifier = is_modifier,
+                               .is_letter = is_letter});
+        });
+    glfwSetCharCallback(window_.get(), [](GLFWwindow* window, unsigned int character) {
+      of(window).happened(
+          {.kind = InputEvent::Kind::kCharacter, .code = static_cast<int>(character)});
+    });
+    glfwSetMouseButtonCallback(window_.get(),
+                               [](GLFWwindow* window, int button, int action, int held) {
+                                 if (button > GLFW_MOUSE_BUTTON_MIDDLE) return;
+                                 InputEvent event{.kind = InputEvent::Kind::kButton,
+                                                  .code = button,
+                                                  .held = held,
+                                                  .is_down = action == GLFW_PRESS};
+                                 glfwGetCursorPos(window, &event.x, &event.y);
+                                 of(window).happened(event);
+                               });
+    glfwSetScrollCallback(window_.get(), [](GLFWwindow* window, double x, double y) {
+      of(window).happened({.kind = InputEvent::Kind::kWheel, .x = x, .y = y});
+    });
+    // ImGui has none of its own before 1.87.
+    move_of_imgui_ =
+        glfwSetCursorPosCallback(window_.get(), [](GLFWwindow* window, double x, double y) {
+          of(window).happened({.kind = InputEvent::Kind::kMove, .x = x, .y = y});
+        });
+    glfwGetCursorPos(window_.get(), &pointer_[0], &pointer_[1]);
+  }
+
+  void happened(InputEvent event) {
+    event.time_s = glfwGetTime();
+    events_.add(event, frame_s_);
+  }
+
+  /// Tells ImGui, and this program, what this frame is to know.
+  void take_events() {
+    is_double_click_ = false;
+    if (waiting_frames_ > 0) {
+      --waiting_frames_;
+      return;
+    }
+    for (const InputEvent& event : events_.take(ImGui::GetIO().WantTextInput)) {
+      const int action = event.is_down ? GLFW_PRESS : GLFW_RELEASE;
+      switch (event.kind) {
+        case InputEvent::Kind::kKey:
+          ImGui_ImplGlfw_KeyCallback(window_.get(), event.code, event.scancode, action, event.held);
+          if (event.is_down) presses_.push_back({event.code, event.held});
+          break;
+        case InputEvent::Kind::kCharacter:
+          ImGui_ImplGlfw_CharCallback(window_.get(), static_cast<unsigned int>(event.code));
+          break;
+        case InputEvent::Kind::kButton:
+          ImGui_ImplGlfw_MouseButtonCallback(window_.get(), event.code, action, event.held);
+          buttons_[static_cast<std::size_t>(event.code)] = event.is_down;
+          is_double_click_ |= event.is_second && event.code == GLFW_MOUSE_BUTTON_LEFT;
+          pointer_ = {event.x, event.y};
+          break;
+        case InputEvent::Kind::kWheel:
+          ImGui_ImplGlfw_ScrollCallback(window_.get(), event.x, event.y);
+          break;
+        case InputEvent::Kind::kMove:
+          if (move_of_imgui_ != nullptr) move_of_imgui_(window_.get(), event.x, event.y);
+          pointer_ = {event.x, event.y};
+      }
+    }
+  }
+
+  /// ImGui before 1.87 asks GLFW where the mouse is now, which may be ahead of the queue.
+  void place_pointer() {
+    ImGuiIO& io = ImGui::GetIO();
+    if (io.MousePos.x >= 0.0f) io.MousePos = {float(pointer_[0]), float(pointer_[1])};
+    std::copy(buttons_.begin(), buttons_.end(), std::begin(io.MouseDown));
+  }
+
   void frame(double seconds) {
     glfwGetFramebufferSize(window_.get(), &width_, &height_);
     if (width_ < 1 || height_ < 1) return;
     if (!canvas_ || canvas_->drawn.width() != width_ || canvas_->drawn.height() != height_)
       canvas_ = std::make_unique<Canvas>(width_, height_, options_.samples);
+    frame_s_ = seconds;
+    take_events();
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
+    place_pointer();
     ImGui::NewFrame();
     const Vec3d before = camera_.eye;
     read_keys();
@@ -236,11 +269,9 @@ class WindowApp {
     in.width = pane_width_;
     in.height = height_;
     const ImGuiIO& io = ImGui::GetIO();
-    double x = 0.0, y = 0.0;
-    glfwGetCursorPos(window_.get(), &x, &y);
     // The cursor is in screen units, which are not pixels on every display.
-    x *= double(io.DisplayFramebufferScale.x);
-    y *= double(io.DisplayFramebufferScale.y);
+    const double x = pointer_[0] * double(io.DisplayFramebufferScale.x);
+    const double y = pointer_[1] * double(io.DisplayFramebufferScale.y);
     in.dx = x - cursor_x_;
     in.dy = y - cursor_y_;
     cursor_x_ = x;
@@ -251,7 +282,7 @@ class WindowApp {
       in.right = io.MouseDown[1];
       in.middle = io.MouseDown[2];
       in.pressed = ImGui::IsMouseClicked(0) || ImGui::IsMouseClicked(1) || ImGui::IsMouseClicked(2);
-      in.is_double_click = ImGui::IsMouseDoubleClicked(0);
+      in.is_double_click = is_double_click_;
       in.wheel = double(io.MouseWheel);
     }
     if (!io.WantCaptureKeyboard && !io.KeyCtrl) {
@@ -283,14 +314,10 @@ class WindowApp {
     in.is_fast |= pad.buttons[GLFW_GAMEPAD_BUTTON_A] == GLFW_PRESS;
   }
 
-  /// Each press counts, however many there were since the frame before.
   void read_keys() {
-    const bool asked_before = panels_.asks_place;
     for (const KeyPress press : std::exchange(presses_, {})) {
       if (heed_always(press.key)) continue;
       if (ImGui::GetIO().WantCaptureKeyboard) continue;
-      // What follows in the frame that opens a panel for text was meant for that panel.
-      if (panels_.asks_place && !asked_before) continue;
       if ((press.held & GLFW_MOD_CONTROL) != 0)
         heed_with_control(press.key);
       else if (!heed_move(press))
@@ -333,6 +360,8 @@ class WindowApp {
     switch (press.key) {
       case GLFW_KEY_G:
         panels_.asks_place = true;
+        // What follows was meant for its text, which gets the keyboard in its second frame.
+        waiting_frames_ = 2;
         return true;
       case GLFW_KEY_L:
         panels_.shows_layers = !panels_.shows_layers;
@@ -500,7 +529,14 @@ class WindowApp {
   double cursor_x_ = 0.0, cursor_y_ = 0.0;
   bool wants_picture_ = false;
   int pane_width_ = 0;
-  std::vector<KeyPress> presses_;  ///< since the frame before
+  InputQueue events_;
+  std::array<double, 2> pointer_{};  ///< the cursor as this frame knows it, screen units
+  std::array<bool, 3> buttons_{};    ///< left, right, middle
+  bool is_double_click_ = false;
+  int waiting_frames_ = 0;  ///< in which no event is taken
+  double frame_s_ = 0.0;
+  GLFWcursorposfun move_of_imgui_ = nullptr;
+  std::vector<KeyPress> presses_;  ///< of this frame
   std::uint64_t frames_ = 0;
 };
 

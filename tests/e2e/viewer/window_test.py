@@ -260,6 +260,60 @@ class Window(Base):
         self.viewer.send_signal(signal.SIGCONT)
         until(lambda: self.columns_with(SLOPE_COLOURS) >= 15)
 
+    @contextlib.contextmanager
+    def between_two_frames(self):
+        """What is sent meanwhile comes at once."""
+        self.take_picture()
+        self.viewer.send_signal(signal.SIGSTOP)
+        try:
+            yield
+        finally:
+            self.viewer.send_signal(signal.SIGCONT)
+
+    def shows_ground(self):
+        # What is done to a layer shows in the frame after.
+        self.take_picture()
+        return len(set(read_png(self.take_picture()[0])[3])) > 50
+
+    def click_on_first_layer(self):
+        self.display.do("mousemove", "--window", self.window, "29", "49", "click", "1")
+
+    def test_clicks_between_two_slow_frames_all_count(self):
+        with self.between_two_frames():
+            self.click_on_first_layer()
+        self.assertFalse(self.shows_ground(), "one click hides the layer")
+        with self.between_two_frames():
+            self.click_on_first_layer()
+            self.click_on_first_layer()
+            self.click_on_first_layer()
+        self.assertTrue(self.shows_ground(), "of three the first and the last show it")
+        with self.between_two_frames():
+            self.click_on_first_layer()
+            self.click_on_first_layer()
+        self.assertTrue(self.shows_ground(), "two change nothing")
+
+    def test_a_double_click_goes_there_however_slow_frames_are(self):
+        _, before = self.take_picture()
+        with self.between_two_frames():
+            self.display.do("mousemove", "--window", self.window, "320", "300", "click", "1",
+                            "click", "1")
+
+        def came_near():
+            eye = self.take_picture()[1]["eye"]
+            return eye[2] < before["eye"][2] - 50.0
+        until(came_near)
+
+    def test_a_place_is_typed_and_gone_to_however_slow_frames_are(self):
+        with self.between_two_frames():
+            self.display.do("key", "g")
+            self.display.do("type", "--delay", "1", "2600055 1200050 15009")
+            self.display.do("key", "BackSpace", "Return")
+
+        def arrived():
+            eye = self.take_picture()[1]["eye"]
+            return math.dist(eye, (2600055, 1200050 - 400, 1500 + 300)) < 1.0
+        until(arrived)
+
     def columns_with(self, colours):
         """Columns of the screen that show the colours one over the other, the first at the
         bottom."""
