@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <memory>
 #include <mutex>
 #include <utility>
@@ -21,6 +22,11 @@ constexpr int kMaxLevel = 16;
 constexpr std::uint64_t kBytesPerBlockTriangle = 400;
 // A block is large where so many like it would fill the memory.
 constexpr std::uint64_t kLargeBlocks = 64;
+
+// Of cells whose side is not given: half of what is possible, as the side is rounded; metres.
+constexpr double kMostCellsAcross = 32768, kLeastSide = 1e-6;
+// Metres; a quarter of a micrometre is lost there.
+constexpr double kFarthest = 1e9;
 
 /// Of some triangles.
 struct MeshExtent {
@@ -62,13 +68,30 @@ MeshExtent extent_of(const Mesh& mesh, std::size_t begin, std::size_t end) {
   return {plan, whole, low, high};
 }
 
-double chosen_side(const InputSummary& input, const BuildOptions& options) {
+/// The side of the finest cells, metres; `size` is that of the input.
+double chosen_side(const InputSummary& input, Vec3d size, const BuildOptions& options) {
   if (options.cell_side_m) return *options.cell_side_m;
-  const double area =
-      options.partition == Partition::kQuadtree ? input.plan_area_m2 : input.area_m2;
-  const double mean = std::max(area, 1e-12) / static_cast<double>(input.triangles);
-  const double side = std::sqrt(mean * options.triangles_per_cell);
+  const bool is_octree = options.partition == Partition::kOctree;
+  const double plan = std::max(size.x, size.y);
+  const double area = is_octree ? input.area_m2 : input.plan_area_m2;
+  const double cells = static_cast<double>(input.triangles) / options.triangles_per_cell;
+  // A wall has no area in plan: its columns follow each other along a line.
+  const double along = std::min(plan / cells, plan);
+  const double least = std::max(plan, size.z) / kMostCellsAcross;
+  const double side = std::max({std::sqrt(area / cells), along, least, kLeastSide});
   return std::exp2(std::round(std::log2(side)));
+}
+
+/// Throws for coordinates that are no metres on any ground.
+void check_size(const InputSummary& input) {
+  const Vec3d &low = input.box.min, &high = input.box.max;
+  const double most = std::max({std::abs(low.x), std::abs(low.y), std::abs(low.z), std::abs(high.x),
+                                std::abs(high.y), std::abs(high.z)});
+  if (most <= kFarthest) return;
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", most);
+  throw InputError("", "the input has coordinates of " + std::string(text) +
+                           "; they have to be metres, below 1e9");
 }
 
 /// The builders of the threads that are at work: one each, kept for its memory.
@@ -153,6 +176,10 @@ void summarise(const Mesh& mesh, const std::string& name, int threads, InputSumm
       [&](MeshExtent&, const MeshExtent& part) {
         summary.box.add(mesh.origin + part.low.cast<double>());
         summary.box.add(mesh.origin + part.high.cast<double>());
+        for (const Vec3f& p : {part.low, part.high}) {
+          summary.farthest_m =
+              std::max({summary.farthest_m, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+        }
         summary.plan_area_m2 += part.plan;
         summary.area_m2 += part.whole;
       });
@@ -163,13 +190,14 @@ Header plan_header(const InputSummary& input, const BuildOptions& options) {
   if (input.triangles == 0 || input.box.empty()) {
     throw InputError("", "the input has no triangles; nothing to build");
   }
+  check_size(input);
   Header header;
   header.partition = options.partition;
   header.attributes = input.attributes;
   header.edge_share = options.edge_share;
   header.normal_bits = options.normal_bits;
   header.crs_text = input.crs_text;
-  const double side = chosen_side(input, options);
+  const double side = chosen_side(input, input.box.max - input.box.min, options);
   const auto corner = [side](double low) { return std::floor(low / side) * side; };
   Lattice& lattice = header.lattice;
   lattice.origin = {corner(input.box.min.x), corner(input.box.min.y), corner(input.box.min.z)};
@@ -181,8 +209,9 @@ Header plan_header(const InputSummary& input, const BuildOptions& options) {
   const int needed = static_cast<int>(std::ceil(std::log2(cells)));
   lattice.finest_level = options.levels ? *options.levels - 1 : needed;
   if (needed > kMaxLevel || lattice.finest_level > kMaxLevel || size.z / side > 65000) {
-    throw InputError("", "the input is " + std::to_string(cells) +
-                             " cells wide, more than 65536; choose a larger --cell-side");
+    const double most = std::max(cells, std::floor(size.z / side) + 1);
+    throw InputError("", "the input is " + std::to_string(std::llround(most)) +
+                             " cells wide or high, more than 65000; choose a larger --cell-side");
   }
   lattice.root_side = side * static_cast<double>(1 << lattice.finest_level);
   return header;

@@ -25,6 +25,9 @@ struct InputSummary {
   double plan_area_m2 = 0, area_m2 = 0;  ///< of all triangles
   std::uint32_t attributes = 0;          ///< that any of the meshes has
   std::string crs_text;                  ///< of the first that has one
+  /// Largest coordinate of a triangle's corner relative to its mesh's origin, metres: as coarse as
+  /// floats are there.
+  float farthest_m = 0;
 };
 
 /// Adds one mesh, or the next piece of one; the box is that of its triangles. Pieces that are all

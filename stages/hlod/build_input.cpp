@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "stages/hlod/build_input.h"
 
+#include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <utility>
 
 #include "core/io/mesh_file.h"
@@ -9,6 +11,12 @@
 namespace cornice::hlod {
 
 namespace fs = std::filesystem;
+namespace {
+
+/// Metres: floats that are coarser than this say so. Surveys are not better than a centimetre.
+constexpr float kCoarse = 0.01f;
+
+}  // namespace
 
 BuildInput::BuildInput(const BuildCommand& command, const MemoryPlan& plan, StageContext& context)
     : command_(command), plan_(plan), context_(context), fits_(!command.out_of_core) {
@@ -27,11 +35,30 @@ BuildInput::BuildInput(const BuildCommand& command, const MemoryPlan& plan, Stag
     context.progress.advance(1);
   }
   context.progress.end();
+  warn_of_coarse_positions();
+}
+
+void BuildInput::summarise_more(const Mesh& mesh, const fs::path& tile) {
+  const float before = summary_.farthest_m;
+  summarise(mesh, tile.string(), context_.options.threads, summary_);
+  if (summary_.farthest_m > before) coarsest_ = tile;
+}
+
+void BuildInput::warn_of_coarse_positions() const {
+  const float far = summary_.farthest_m;
+  const float step = std::nextafter(far, 2 * far) - far;
+  if (step < kCoarse) return;
+  char text[240];
+  std::snprintf(text, sizeof text,
+                ": positions are floats up to %.7g m from their origin, known to %.3g m only; "
+                "write them as doubles, or with a comment 'cornice origin E N H'",
+                static_cast<double>(far), static_cast<double>(step));
+  context_.report.warn(coarsest_.string() + text);
 }
 
 void BuildInput::read_whole(const fs::path& tile) {
   Mesh mesh = read_mesh(tile);
-  summarise(mesh, tile.string(), context_.options.threads, summary_);
+  summarise_more(mesh, tile);
   meshes_.push_back(std::move(mesh));
   // Polygons may be more triangles than their number said.
   if (summary_.triangles * kBytesInMemory >= context_.memory.limit_bytes()) drop();
@@ -42,7 +69,7 @@ void BuildInput::read_pieces(const fs::path& tile) {
   Mesh piece;
   while (stream->next(piece)) {
     check_cancelled(context_.progress);
-    summarise(piece, tile.string(), context_.options.threads, summary_);
+    summarise_more(piece, tile);
   }
   if (stream->is_spilled()) streams_[tile] = std::move(stream);
 }

@@ -35,11 +35,15 @@ class BuildInput {
   void read_whole(const std::filesystem::path& tile);
   void read_pieces(const std::filesystem::path& tile);
   std::unique_ptr<MeshStream> open(const std::filesystem::path& tile) const;
+  void summarise_more(const Mesh& mesh, const std::filesystem::path& tile);
+  void warn_of_coarse_positions() const;
 
   const BuildCommand& command_;
   MemoryPlan plan_;
   StageContext& context_;
   InputSummary summary_;
+  /// The tile whose floats are the coarsest.
+  std::filesystem::path coarsest_;
   std::vector<Mesh> meshes_;
   /// Of tiles whose reading would take much work again.
   std::map<std::filesystem::path, std::unique_ptr<MeshStream>> streams_;

@@ -103,6 +103,33 @@ fs::path work_folder(const BuildCommand& command) {
   return command.output.parent_path() / ("." + command.output.filename().string() + ".work");
 }
 
+void require_leaves(bool has_any) {
+  if (!has_any) {
+    throw InputError("", "no triangle of the input has an area on the lattice; nothing to build");
+  }
+}
+
+/// Does what needs the folder of a build. Where it fails, says what the folder is good for.
+template <class Work>
+void work_in(const WorkFolder& folder, Report& report, const Work& work) {
+  try {
+    work();
+  } catch (const InputError&) {
+    folder.remove();
+    throw;
+  } catch (...) {
+    // Only an empty folder can be removed so.
+    std::error_code not_empty;
+    fs::remove(folder.path(), not_empty);
+    if (not_empty) {
+      report.warn(folder.path().string() +
+                  " keeps what is done: the same command goes on from there; else delete it");
+    }
+    throw;
+  }
+  folder.remove();
+}
+
 /// False where long triangles made more pieces than memory holds; nothing is written then.
 bool build_in_memory(const BuildCommand& command, const Header& header, const MemoryPlan& plan,
                      BuildInput& input, StageContext& context) {
@@ -126,6 +153,7 @@ bool build_in_memory(const BuildCommand& command, const Header& header, const Me
     leaves = finish_leaves(std::move(pieces), header, threads, counts);
   });
   if (triangles > most) return false;
+  require_leaves(!leaves.empty());
   FileWriter writer(command.output, header);
   std::vector<LevelCounts> levels;
   context.report.step("levels", [&] {
@@ -170,17 +198,19 @@ void build_on_disk(const BuildCommand& command, const Header& header, const Memo
   task.piece_triangles = plan.piece_triangles;
   task.gate = &gate;
   const WorkFolder folder(work_folder(command), build_text(command, header).dump());
-  leaves_on_disk(command, folder, header, task, input, context);
-  FileWriter writer(command.output, header);
   std::vector<LevelCounts> levels;
-  context.report.step("levels", [&] {
-    levels = build_levels_on_disk(
-        folder, header, command.options.block, task,
-        [&](const Node& node, std::span<const std::byte> block) { writer.add(node, block); },
-        context.progress);
+  work_in(folder, context.report, [&] {
+    leaves_on_disk(command, folder, header, task, input, context);
+    FileWriter writer(command.output, header);
+    context.report.step("levels", [&] {
+      levels = build_levels_on_disk(
+          folder, header, command.options.block, task,
+          [&](const Node& node, std::span<const std::byte> block) { writer.add(node, block); },
+          context.progress);
+    });
+    require_leaves(levels.back().cells > 0);
+    context.report.step("finish", [&] { writer.finish(); });
   });
-  context.report.step("finish", [&] { writer.finish(); });
-  folder.remove();
   report_levels(levels, context.report);
 }
 
@@ -256,6 +286,7 @@ void region_in_memory(const BuildCommand& command, const Header& header, const R
   for (std::size_t i = 0; i < source.infos().size(); ++i) {
     add_top(region, source.take(i), writer);
   }
+  writer.commit();
 }
 
 void region_on_disk(const BuildCommand& command, const Header& header, const Region& region,
@@ -270,15 +301,17 @@ void region_on_disk(const BuildCommand& command, const Header& header, const Reg
   Json text = build_text(command, header);
   text["region"] = command.region;
   const WorkFolder folder(work_folder(command), text.dump());
-  leaves_on_disk(command, folder, header, task, input, context);
-  build_levels_on_disk(
-      folder, header, command.options.block, task,
-      [&](const Node& node, std::span<const std::byte> block) { writer.add(node, block); },
-      context.progress);
-  const bool has_levels = region.level < header.lattice.finest_level;
-  const Spool top(has_levels ? folder.level(region.level) : folder.leaves());
-  for (const SpoolCell& cell : top.cells()) add_top(region, top.read(cell), writer);
-  folder.remove();
+  work_in(folder, context.report, [&] {
+    leaves_on_disk(command, folder, header, task, input, context);
+    build_levels_on_disk(
+        folder, header, command.options.block, task,
+        [&](const Node& node, std::span<const std::byte> block) { writer.add(node, block); },
+        context.progress);
+    const bool has_levels = region.level < header.lattice.finest_level;
+    const Spool top(has_levels ? folder.level(region.level) : folder.leaves());
+    for (const SpoolCell& cell : top.cells()) add_top(region, top.read(cell), writer);
+    writer.commit();
+  });
 }
 
 void build_region(const BuildCommand& command, const Header& header, const MemoryPlan& plan,
@@ -296,7 +329,6 @@ void build_region(const BuildCommand& command, const Header& header, const Memor
   } else {
     region_on_disk(command, header, region, plan, input, writer, context);
   }
-  writer.commit();
 }
 
 /// The regions' files in their order, all of one build and none missing.
@@ -353,18 +385,20 @@ std::vector<LevelCounts> levels_of_regions(const BuildCommand& command, const He
   task.gate = &gate;
   task.first_level = level;
   const WorkFolder folder(work_folder(command), text);
-  if (!folder.has(folder.level(*level))) {
-    SpoolWriter all(folder.level(*level), text);
-    for (const auto& region : regions) {
-      for (const SpoolCell& cell : region->cells()) all.add(region->read(cell));
+  std::vector<LevelCounts> counts;
+  work_in(folder, context.report, [&] {
+    if (!folder.has(folder.level(*level))) {
+      SpoolWriter all(folder.level(*level), text);
+      for (const auto& region : regions) {
+        for (const SpoolCell& cell : region->cells()) all.add(region->read(cell));
+      }
+      all.commit();
     }
-    all.commit();
-  }
-  const auto counts = build_levels_on_disk(
-      folder, header, block, task,
-      [&](const Node& node, std::span<const std::byte> bytes) { writer.add(node, bytes); },
-      context.progress);
-  folder.remove();
+    counts = build_levels_on_disk(
+        folder, header, block, task,
+        [&](const Node& node, std::span<const std::byte> bytes) { writer.add(node, bytes); },
+        context.progress);
+  });
   return counts;
 }
 
@@ -396,6 +430,7 @@ void join_regions(const BuildCommand& command, StageContext& context) {
   for (std::size_t level = 0; level < counts.size(); ++level) {
     if (upper[level].cells > 0) counts[level] = upper[level];
   }
+  require_leaves(counts.back().cells > 0);
   writer.finish();
   report_levels(counts, context.report);
 }

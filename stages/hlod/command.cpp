@@ -20,17 +20,23 @@ Option action_option(std::string& word, const std::string& name) {
   return Option("ACTION", word, name).positional().required().words({name});
 }
 
-Stage choose_stage() {
+Stage choose_stage(std::string& word) {
+  std::vector<std::string> names;
+  for (const Action& action : actions()) names.push_back(action.name);
+  word.clear();
   Stage stage;
   stage.name = "hlod";
-  stage.description =
-      "Hierarchies of levels of detail; the first argument says what to do (cornice-hlod ACTION "
-      "--help)";
+  stage.description = "Hierarchies of levels of detail";
+  stage.options = {Option("ACTION", word,
+                          "build makes one, info says what is in it, verify checks all of it, "
+                          "extract takes a mesh out of it; cornice-hlod ACTION --help says how")
+                       .positional()
+                       .required()
+                       .words(names)};
   stage.examples = {"cornice-hlod build tiles/*.ply -o survey.hlod",
                     "cornice-hlod info survey.hlod"};
-  stage.run = [](StageContext&) {
-    throw UsageError("cornice-hlod", "which action: build, info, verify or extract?");
-  };
+  // An action that is known never gets here.
+  stage.run = [](StageContext&) { throw UsageError("ACTION", "must come first"); };
   return stage;
 }
 

@@ -18,8 +18,9 @@ struct Action {
 /// All of them, in the order of the help text.
 std::vector<Action> actions();
 
-/// For a command line without an action: its help, its version, or what is wrong.
-Stage choose_stage();
+/// For a command line without an action: its help, its version, or what is wrong. `word` is what
+/// stands in place of the action.
+Stage choose_stage(std::string& word);
 
 /// The action's name as the first, positional argument, so that the rest of argv parses.
 Option action_option(std::string& word, const std::string& name);

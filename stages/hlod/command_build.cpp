@@ -60,6 +60,9 @@ void check(BuildCommand& command) {
   if (command.join && !command.region.empty()) {
     throw UsageError("--join", "joins regions; it takes no --region");
   }
+  if (command.region.empty() && command.output.extension() != ".hlod") {
+    throw UsageError("--output", "must end in .hlod, but is " + command.output.string());
+  }
   if (command.options.block.side % 4 != 0) {
     throw UsageError("--block-side", "must be a multiple of 4");
   }

@@ -7,9 +7,9 @@
 
 int main(int argc, char** argv) {
   using namespace cornice;
-  const std::string word = argc > 1 ? argv[1] : "";
+  std::string word = argc > 1 ? argv[1] : "";
   for (const hlod::Action& action : hlod::actions()) {
     if (word == action.name) return action.run(argc, argv);
   }
-  return run_stage(argc, argv, hlod::choose_stage());
+  return run_stage(argc, argv, hlod::choose_stage(word));
 }

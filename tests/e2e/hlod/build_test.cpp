@@ -11,7 +11,9 @@
 #include <string>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/io/ply.h"
+#include "tests/support/full_disk.h"
 #include "tests/support/meshes.h"
 #include "tests/support/process.h"
 #include "tests/support/temporary_folder.h"
@@ -173,7 +175,51 @@ TEST(HlodBuild, SaysWhatIsWrongInOneLine) {
   const ProcessResult empty = run_build({folder / "empty.ply"}, folder / "a.hlod");
   EXPECT_EQ(empty.exit_code, 3);
   EXPECT_EQ(test::line_count(empty.err), 1u) << empty.err;
+  // Three corners on a line are no surface.
+  Mesh line;
+  line.positions = {{0, 0, 0}, {1, 1, 1}, {2, 2, 2}};
+  line.triangles = {{0, 1, 2}};
+  write_ply(folder / "line.ply", line);
+  for (const std::vector<std::string>& how : {std::vector<std::string>{}, {"--out-of-core"}}) {
+    const ProcessResult flat = run_build({folder / "line.ply"}, folder / "a.hlod", how);
+    EXPECT_EQ(flat.exit_code, 3);
+    EXPECT_NE(flat.err.find("no triangle of the input has an area"), std::string::npos) << flat.err;
+    EXPECT_EQ(test::line_count(flat.err), 1u) << flat.err;
+  }
+  EXPECT_EQ(run_build(tiles, folder / "a.txt").exit_code, 2);
   EXPECT_FALSE(fs::exists(folder / "a.hlod"));
+  EXPECT_FALSE(fs::exists(folder / ".a.hlod.work"));
+}
+
+TEST(HlodBuild, WarnsOfFloatsFarFromTheirOrigin) {
+  const TemporaryFolder folder;
+  const Mesh mesh =
+      test::height_mesh(2'600'000, 1'200'000, 20, 1, [](double, double) { return 0.0; });
+  write_ply(folder / "far.ply", mesh);
+  for (const std::vector<std::string>& how : {std::vector<std::string>{}, {"--out-of-core"}}) {
+    const ProcessResult far = run_build({folder / "far.ply"}, folder / "far.hlod", how);
+    EXPECT_EQ(far.exit_code, 0) << far.err;
+    EXPECT_NE(far.err.find("far.ply: positions are floats up to 2600020 m from their origin, "
+                           "known to 0.25 m only"),
+              std::string::npos)
+        << far.err;
+    fs::remove(folder / "far.hlod");
+  }
+  EXPECT_EQ(run_build(write_tiles(folder), folder / "near.hlod").err.find("warning"),
+            std::string::npos);
+}
+
+TEST(HlodBuild, SaysWhatAFullDiskLeaves) {
+  const TemporaryFolder folder, disk;
+  const std::vector<fs::path> tiles = write_tiles(folder);
+  const auto outcome = test::on_full_disk(disk.path(), [&] {
+    throw RunError("", run_build(tiles, disk / "a.hlod", {"--out-of-core"}).err);
+  });
+  if (!outcome) GTEST_SKIP() << "nobody may mount a small disk here";
+  EXPECT_NE(outcome->find("No space left on device"), std::string::npos) << *outcome;
+  // The first file of the build was not whole, so that nothing is left.
+  EXPECT_EQ(outcome->find('|'), std::string::npos) << *outcome;
+  EXPECT_EQ(outcome->find("keeps"), std::string::npos) << *outcome;
 }
 
 }  // namespace

@@ -424,5 +424,62 @@ TEST(Build, SaysSoWhereATriangleIsThousandsOfCellsLong) {
   EXPECT_THROW(build({mesh}, options), InputError);
 }
 
+/// A wall of squares of a metre, exactly vertical, along a line in plan.
+Mesh wall(int length, int height, Vec3f along) {
+  Mesh mesh;
+  for (int row = 0; row <= height; ++row) {
+    for (int column = 0; column <= length; ++column) {
+      Vec3f p = static_cast<float>(column) * along;
+      p.z = static_cast<float>(row);
+      mesh.positions.push_back(p);
+    }
+  }
+  const auto width = static_cast<std::uint32_t>(length) + 1;
+  for (std::uint32_t at = 0; at + width + 1 < mesh.positions.size(); ++at) {
+    if (at % width == width - 1) continue;
+    mesh.triangles.push_back({at, at + 1, at + width + 1});
+    mesh.triangles.push_back({at, at + width + 1, at + width});
+  }
+  return mesh;
+}
+
+TEST_P(BuildOf, AWallThatIsExactlyVerticalKeepsAllPromises) {
+  for (const Vec3f along : {Vec3f{1, 0, 0}, Vec3f{0.6f, 0.8f, 0}}) {
+    const Built built = build({wall(200, 15, along)}, small_cells(GetParam()));
+    expect_sound(built);
+    EXPECT_EQ(built.levels.back().triangles, 2u * 200 * 15);
+    // About as many triangles in a cell as were asked for.
+    EXPECT_GE(built.levels.back().cells, 8u);
+    EXPECT_LE(built.levels.back().cells, 50u);
+  }
+}
+
+TEST(Build, ChoosesCellsForAnyExtent) {
+  // Two small places a thousand kilometres apart, and a needle that is nearly a line.
+  InputSummary far;
+  summarise(ground(0, 20), "a", 1, far);
+  Mesh there = ground(0, 20);
+  there.origin = {1e6, 0, 0};
+  summarise(there, "b", 1, far);
+  EXPECT_LE(plan_header(far, {}).lattice.finest_level, 16);
+  InputSummary needle;
+  Mesh thin;
+  thin.positions = {{0, 0, 0}, {1e-7f, 0, 0}, {0, 0, 800}};
+  thin.triangles = {{0, 1, 2}};
+  summarise(thin, "c", 1, needle);
+  EXPECT_NO_THROW(plan_header(needle, {}));
+  BuildOptions tiny;
+  tiny.cell_side_m = 1e-3;
+  EXPECT_THROW(plan_header(far, tiny), InputError);
+}
+
+TEST(Build, RefusesCoordinatesThatAreNoMetres) {
+  Mesh mesh = ground(0, 2);
+  for (Vec3f& p : mesh.positions) p = 1e30f * p;
+  InputSummary input;
+  summarise(mesh, "a.ply", 1, input);
+  EXPECT_THROW(plan_header(input, {}), InputError);
+}
+
 }  // namespace
 }  // namespace cornice::hlod
