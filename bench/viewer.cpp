@@ -66,7 +66,7 @@ void measure_opening(const fs::path& file, const Options& options, Result& resul
 void measure_flight(const fs::path& file, const Own& own, Result& result) {
   const viewer::OffscreenContext context;
   std::vector<FlightResult> flights;
-  for (int i = 0; i < own.flights; ++i) flights.push_back(fly_over(file, own.flight));
+  for (int i = 0; i < own.flights; ++i) flights.push_back(fly_over(file, own.flight, context));
   flight_figures(flights, result);
   if (!own.frames.empty()) write_frames(own.frames, flights);
 }
@@ -84,6 +84,9 @@ int main(int argc, char** argv) {
             ->check(CLI::IsMember({"open", "flight", "pictures"}));
         app.add_option("--flight-seconds", own.flight.seconds, "of each flight");
         app.add_option("--frames", own.frames, "file for what each frame took, CSV");
+        app.add_flag("--room-in-frames{false}", own.flight.makes_room_ahead,
+                     "the thread that draws makes room on the GPU itself, as without a second "
+                     "context");
         app.add_option("--flights", own.flights, "how often the same way is flown")
             ->check(CLI::Range(1, 100));
         app.add_option("--flight-error-pixels", own.flight.error_pixels,

@@ -11,6 +11,7 @@
 #include <numbers>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include "terrain-viewer/render/layer.h"
 
@@ -94,8 +95,11 @@ class Route {
 
 }  // namespace
 
-FlightResult fly_over(const std::filesystem::path& file, const FlightOptions& options) {
+FlightResult fly_over(const std::filesystem::path& file, const FlightOptions& options,
+                      const viewer::OffscreenContext& context) {
   viewer::GpuCells cells(options.gpu_bytes);
+  if (options.makes_room_ahead)
+    if (auto second = context.second()) cells.make_ahead(std::move(second));
   viewer::CellStoreOptions store;
   store.threads = 1;
   store.memory_bytes = options.cache_bytes;
@@ -107,6 +111,7 @@ FlightResult fly_over(const std::filesystem::path& file, const FlightOptions& op
   view.error_pixels = options.error_pixels;
   view.camera = route.at(0.0);
   layer.settle(view, cells, 1);
+  const std::uint64_t waited_for_before = cells.waited_for_bytes();
 
   FlightResult result;
   std::int64_t stolen_before = stolen_ticks();
@@ -136,11 +141,12 @@ FlightResult fly_over(const std::filesystem::path& file, const FlightOptions& op
     result.frames.push_back(measured);
     result.gpu_over_budget =
         std::max(result.gpu_over_budget,
-                 double(cells.used_bytes()) / static_cast<double>(options.gpu_bytes));
+                 double(cells.allocated_bytes()) / static_cast<double>(options.gpu_bytes));
     result.cache_over_budget =
         std::max(result.cache_over_budget,
                  double(counts.store.memory_bytes) / static_cast<double>(options.cache_bytes));
   }
+  result.waited_for_mb = 1e-6 * static_cast<double>(cells.waited_for_bytes() - waited_for_before);
   result.read_bytes = static_cast<double>(layer.counts().store.bytes_read);
   return result;
 }

@@ -8,6 +8,8 @@
 #include <filesystem>
 #include <vector>
 
+#include "terrain-viewer/render/offscreen_context.h"
+
 namespace cornice::bench {
 
 struct FlightOptions {
@@ -15,6 +17,7 @@ struct FlightOptions {
   double speed_ms = 100.0;
   double error_pixels = 0.5;  ///< about 1000 cells of the made ground
   std::uint64_t gpu_bytes = 1ull << 30, cache_bytes = 1ull << 30;
+  bool makes_room_ahead = true;  ///< on the GPU, by a thread of its own
 };
 
 /// What one frame took of the thread that draws, and what else happened meanwhile.
@@ -37,9 +40,11 @@ struct FlightResult {
   std::vector<FlightFrame> frames;
   double read_bytes = 0;
   double gpu_over_budget = 0, cache_over_budget = 0;  ///< largest share
+  double waited_for_mb = 0;  ///< room on the GPU that the thread that draws made itself
 };
 
-/// With an OpenGL context on this thread.
-FlightResult fly_over(const std::filesystem::path& file, const FlightOptions& options);
+/// On the thread of the context.
+FlightResult fly_over(const std::filesystem::path& file, const FlightOptions& options,
+                      const viewer::OffscreenContext& context);
 
 }  // namespace cornice::bench

@@ -74,6 +74,7 @@ void flight_figures(std::span<const FlightResult> flights, Result& result) {
   result.figure("flight_uploaded_mb", 1e-6 * uploaded);
   result.figure("flight_read_mb", 1e-6 * flight.read_bytes);
   result.figure("flight_stolen_s", 0.01 * stolen);
+  result.figure("flight_waited_for_room_mb", flight.waited_for_mb);
   double gpu = 0.0, cache = 0.0;
   for (const FlightResult& each : flights) {
     gpu = std::max(gpu, each.gpu_over_budget);

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "terrain-viewer/app/scene_setup.h"
@@ -55,6 +56,12 @@ class Session {
   /// Throws as open_layers, style_for and Drape.
   explicit Session(const Options& options);
 
+  /// Has room on the GPU made before frames need it, by a thread that uses `context`, which shares
+  /// with the session's and ends with it.
+  void make_room_ahead(std::unique_ptr<SecondContext> context) {
+    cells_.make_ahead(std::move(context));
+  }
+
   Layers& layers() { return layers_; }
   std::vector<LayerLook>& looks() { return looks_; }
   Style& style() { return style_; }
@@ -85,6 +92,11 @@ class Session {
   /// Draws into a framebuffer. seconds since the frame before; 0: waits for all that it needs.
   FrameCounts draw(GLuint framebuffer, int width, int height, const Camera& camera, double seconds,
                    Vec3d velocity, const Split& split = {});
+  /// Of the layer that has most.
+  int level_count() const;
+  /// One line that names visible layers without the values that the shading paints, which are drawn
+  /// plain; empty where there are none.
+  std::string missing_values() const;
   /// Messages about cells and tiles that could not be read since the last call.
   std::vector<std::string> take_failures();
 

@@ -2,80 +2,114 @@
 #include "terrain-viewer/render/gpu_cells.h"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "core/base/error.h"
 
 namespace cornice::viewer {
 namespace {
 
-constexpr std::uint64_t kVertexBytes = kWordsPerVertex * 4;
-constexpr std::uint64_t kIndexBytes = 2;
-/// What the first buffers take up: enough for the coarsest level and more.
-constexpr std::uint64_t kFirstBytes = 48u << 20;
+/// The first page, for which a first picture waits: the coarsest level and more.
+constexpr std::uint64_t kFirstPageBytes = 32u << 20;
+/// The fewer pages, the fewer calls to draw, and the more room is made in vain.
+constexpr std::uint64_t kMostPages = 16;
+/// Of a page whose use has the next one made.
+constexpr double kAheadShare = 0.5;
 
-/// A buffer of `bytes` that begins with what the old one holds.
-GlBuffer longer(const GlBuffer& old, std::uint64_t old_bytes, std::uint64_t bytes) {
-  GlBuffer buffer = make_buffer(std::max<std::uint64_t>(bytes, 4));
-  if (old_bytes > 0)
-    glCopyNamedBufferSubData(old.id(), buffer.id(), 0, 0, static_cast<GLsizeiptr>(old_bytes));
-  return buffer;
+/// What of `bytes` is for vertices and what for indices, as in `all`, but one `cell` at least.
+PageSize parted(std::uint64_t bytes, const PageSize& all, const PageSize& cell) {
+  constexpr std::uint64_t kVertexBytes = PageSize{1, 0}.bytes(), kIndexBytes = 2;
+  const double share = static_cast<double>(all.vertices) / static_cast<double>(all.bytes());
+  auto vertices = static_cast<std::uint64_t>(std::llround(share * static_cast<double>(bytes)));
+  if (bytes >= cell.bytes())
+    vertices =
+        std::clamp(vertices, cell.vertices, (bytes - cell.indices * kIndexBytes) / kVertexBytes);
+  vertices = std::min(vertices, bytes / kVertexBytes);
+  return {vertices, (bytes - vertices * kVertexBytes) / kIndexBytes};
+}
+
+/// What a shader may see of a buffer; OpenGL promises 16 MB, Mesa's rasteriser has 128.
+std::uint64_t most_page_bytes() {
+  GLint64 most = 0;
+  glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &most);
+  return static_cast<std::uint64_t>(std::max<GLint64>(most, 16 << 20));
 }
 
 }  // namespace
 
-std::uint64_t GpuCells::Size::bytes() const {
-  return vertices * kVertexBytes + indices * kIndexBytes;
+void GpuCells::make_ahead(std::unique_ptr<SecondContext> context) {
+  maker_ = std::make_unique<PageMaker>(std::move(context));
 }
 
 void GpuCells::expect(std::uint64_t vertices, std::uint64_t indices) {
   expected_.vertices += vertices;
   expected_.indices += indices;
+  largest_.vertices = std::max(largest_.vertices, vertices);
+  largest_.indices = std::max(largest_.indices, indices);
 }
 
-/// What the buffers may grow to: all that is expected, or its like within the budget.
-GpuCells::Size GpuCells::most() const {
-  Size most = expected_;
-  if (most.bytes() > budget_bytes_) {
-    const double share =
-        static_cast<double>(budget_bytes_) / static_cast<double>(expected_.bytes());
-    most.vertices = static_cast<std::uint64_t>(share * static_cast<double>(expected_.vertices));
-    most.indices = (budget_bytes_ - most.vertices * kVertexBytes) / kIndexBytes;
-  }
-  // Layers that came later may have other proportions: what is there stays.
-  most.vertices = std::max(most.vertices, size_.vertices);
-  const std::uint64_t rest = budget_bytes_ - std::min(budget_bytes_, most.vertices * kVertexBytes);
-  most.indices = std::max(std::min(most.indices, rest / kIndexBytes), size_.indices);
-  return most;
+/// The page that would be made next; none where the budget has no room for a cell more.
+std::optional<PageSize> GpuCells::next_page() const {
+  const std::uint64_t there = allocated_bytes(), all = expected_.bytes();
+  const std::uint64_t rest = budget_bytes_ - std::min(budget_bytes_, there);
+  if (pages_.empty())
+    return parted(
+        std::min({rest, all, std::max(std::min(kFirstPageBytes, page_bytes_), largest_.bytes())}),
+        expected_, largest_);
+  if (rest < largest_.bytes()) return std::nullopt;
+  // Cells leave gaps at the ends of pages, so all may take more than its bytes.
+  const std::uint64_t wanted = (all > there ? all - there : 0) + 4 * largest_.bytes();
+  const std::uint64_t usual =
+      std::min(std::max(page_bytes_, budget_bytes_ / kMostPages), most_page_bytes());
+  return parted(std::max(std::min({rest, wanted, usual}), largest_.bytes()), expected_, largest_);
 }
 
-/// Makes the buffers longer so that so much more is likely to fit; false where they are as long as
-/// they may be.
-bool GpuCells::grow(std::uint64_t vertices, std::uint64_t indices) {
-  const Size most = this->most();
-  Size size = most;
-  if (size_.bytes() == 0 && most.bytes() > kFirstBytes) {
-    const double share = static_cast<double>(kFirstBytes) / static_cast<double>(most.bytes());
-    const auto part = [&](std::uint64_t whole, std::uint64_t least) {
-      return std::clamp(static_cast<std::uint64_t>(share * static_cast<double>(whole)),
-                        std::min(least, whole), whole);
-    };
-    size = {part(most.vertices, vertices), part(most.indices, indices)};
+void GpuCells::add(const PageSize& size, PageBuffers buffers) {
+  pages_.push_back(
+      {size, std::move(buffers), RangeAllocator(size.vertices), RangeAllocator(size.indices)});
+}
+
+GpuCells::Grown GpuCells::grow(std::uint64_t frame, Growth growth) {
+  const bool waits = growth == Growth::kAtOnce || pages_.empty();
+  if (maker_ != nullptr && !maker_->is_under_way()) {
+    const auto next = next_page();
+    if (!next) return Grown::kNoMore;
+    maker_->want(*next);
   }
-  if (size.vertices == size_.vertices && size.indices == size_.indices) return false;
+  if (maker_ != nullptr) {
+    auto made = maker_->take(waits);
+    if (!made) return Grown::kLater;
+    if (made->buffers.indices.id() != 0) {
+      add(made->size, std::move(made->buffers));
+      return Grown::kYes;
+    }
+    maker_.reset();  // what the second context cannot do, this one tries itself
+  }
+  if (!waits && grown_in_ == frame) return Grown::kLater;
+  const auto next = next_page();
+  if (!next) return Grown::kNoMore;
   try {
-    GlBuffer more_vertices =
-        longer(vertices_, size_.vertices * kVertexBytes, size.vertices * kVertexBytes);
-    indices_ = longer(indices_, size_.indices * kIndexBytes, size.indices * kIndexBytes);
-    vertices_ = std::move(more_vertices);
+    add(*next, make_page_buffers(*next));
   } catch (const RunError&) {
-    if (size_.bytes() == 0) throw;
-    budget_bytes_ = size_.bytes();
-    return false;
+    if (pages_.empty()) throw;
+    budget_bytes_ = allocated_bytes();
+    return Grown::kNoMore;
   }
-  vertex_ranges_.extend(size.vertices - size_.vertices);
-  index_ranges_.extend(size.indices - size_.indices);
-  size_ = size;
-  return true;
+  grown_in_ = frame;
+  waited_for_bytes_ += next->bytes();
+  return Grown::kYes;
+}
+
+/// Has the next page made once the last one is in use, where more is likely to come.
+void GpuCells::look_ahead() {
+  if (maker_ == nullptr || maker_->is_under_way()) return;
+  const Page& last = pages_.back();
+  const PageSize used{last.vertices.used(), last.indices.used()};
+  if (static_cast<double>(used.bytes()) < kAheadShare * static_cast<double>(last.size.bytes()) ||
+      allocated_bytes() >= expected_.bytes())
+    return;
+  if (const auto next = next_page()) maker_->want(*next);
 }
 
 void GpuCells::link_as_latest(std::uint32_t slot) {
@@ -101,33 +135,56 @@ std::optional<GpuCell> GpuCells::use(CellId id, std::uint64_t frame) {
   return held_[slot].cell;
 }
 
-std::optional<GpuCells::Place> GpuCells::take(std::uint64_t vertices, std::uint64_t indices) {
-  const auto first_vertex = vertex_ranges_.take(vertices);
+std::optional<GpuCells::Place> GpuCells::take_on(std::uint32_t page, const PageSize& size) {
+  Page& on = pages_[page];
+  const auto first_vertex = on.vertices.take(size.vertices);
   if (!first_vertex) return std::nullopt;
-  const auto first_index = index_ranges_.take(indices);
-  if (first_index) return Place{*first_vertex, *first_index};
-  vertex_ranges_.give_back(*first_vertex, vertices);
+  const auto first_index = on.indices.take(size.indices);
+  if (first_index) return Place{page, *first_vertex, *first_index};
+  on.vertices.give_back(*first_vertex, size.vertices);
+  return std::nullopt;
+}
+
+std::optional<GpuCells::Place> GpuCells::take(const PageSize& size) {
+  for (std::uint32_t page = 0; page < pages_.size(); ++page)
+    if (const auto place = take_on(page, size)) return place;
+  return std::nullopt;
+}
+
+/// On a new page while there may be more, then where others make room.
+std::optional<GpuCells::Place> GpuCells::make_room(const PageSize& size, std::uint64_t frame,
+                                                   Growth growth, std::vector<CellId>& dropped) {
+  while (true) {
+    const Grown grown = grow(frame, growth);
+    if (grown == Grown::kLater) return std::nullopt;
+    if (grown == Grown::kNoMore) break;
+    if (const auto place = take_on(static_cast<std::uint32_t>(pages_.size() - 1), size))
+      return place;
+  }
+  while (earliest_ != kNone && held_[earliest_].frame < frame) {
+    const std::uint32_t page = held_[earliest_].cell.page;
+    dropped.push_back(held_[earliest_].id);
+    drop(earliest_);
+    if (const auto place = take_on(page, size)) return place;
+  }
   return std::nullopt;
 }
 
 bool GpuCells::put(CellId id, const PackedCell& cell, std::uint64_t frame,
-                   std::vector<CellId>& dropped) {
+                   std::vector<CellId>& dropped, Growth growth) {
   if (holds(id)) return true;
-  const std::uint64_t stored = cell.words.size() / kWordsPerVertex;
-  std::optional<Place> place = take(stored, cell.indices.size());
-  while (!place) {
-    if (!grow(stored, cell.indices.size())) {
-      if (earliest_ == kNone || held_[earliest_].frame >= frame) return false;
-      dropped.push_back(held_[earliest_].id);
-      drop(earliest_);
-    }
-    place = take(stored, cell.indices.size());
-  }
-  glNamedBufferSubData(vertices_.id(), static_cast<GLintptr>(place->first_vertex * kVertexBytes),
-                       static_cast<GLsizeiptr>(cell.words.size() * 4), cell.words.data());
-  glNamedBufferSubData(indices_.id(), static_cast<GLintptr>(place->first_index * kIndexBytes),
-                       static_cast<GLsizeiptr>(cell.indices.size() * kIndexBytes),
-                       cell.indices.data());
+  const PageSize size{cell.words.size() / kWordsPerVertex, cell.indices.size()};
+  std::optional<Place> place = take(size);
+  if (!place) place = make_room(size, frame, growth, dropped);
+  if (!place) return false;
+  const auto write = [](GLuint buffer, std::uint64_t first, std::uint64_t bytes, const void* data) {
+    glNamedBufferSubData(buffer, static_cast<GLintptr>(first), static_cast<GLsizeiptr>(bytes),
+                         data);
+  };
+  write(vertices(place->page), PageSize{place->first_vertex, 0}.bytes(),
+        PageSize{size.vertices, 0}.bytes(), cell.words.data());
+  write(indices(place->page), PageSize{0, place->first_index}.bytes(),
+        PageSize{0, size.indices}.bytes(), cell.indices.data());
   if (free_slots_.empty()) {
     free_slots_.push_back(static_cast<std::uint32_t>(held_.size()));
     held_.emplace_back();
@@ -136,29 +193,38 @@ bool GpuCells::put(CellId id, const PackedCell& cell, std::uint64_t frame,
   free_slots_.pop_back();
   const auto small = [](std::uint64_t value) { return static_cast<std::uint32_t>(value); };
   held_[slot] = {id,
-                 {small(place->first_vertex), cell.vertex_count, small(stored),
-                  small(place->first_index), small(cell.indices.size())},
+                 {place->page, small(place->first_vertex), cell.vertex_count, small(size.vertices),
+                  small(place->first_index), small(size.indices)},
                  frame};
   if (id.layer >= slots_.size()) slots_.resize(id.layer + 1);
   if (id.row >= slots_[id.layer].size()) slots_[id.layer].resize(id.row + 1, kNone);
   slots_[id.layer][id.row] = slot;
   link_as_latest(slot);
+  look_ahead();
   return true;
 }
 
 void GpuCells::drop(std::uint32_t slot) {
   const Held& held = held_[slot];
-  vertex_ranges_.give_back(held.cell.first_vertex, held.cell.stored_count);
-  index_ranges_.give_back(held.cell.first_index, held.cell.index_count);
+  Page& page = pages_[held.cell.page];
+  page.vertices.give_back(held.cell.first_vertex, held.cell.stored_count);
+  page.indices.give_back(held.cell.first_index, held.cell.index_count);
   slots_[held.id.layer][held.id.row] = kNone;
   unlink(slot);
   free_slots_.push_back(slot);
 }
 
 std::uint64_t GpuCells::used_bytes() const {
-  return Size{vertex_ranges_.used(), index_ranges_.used()}.bytes();
+  std::uint64_t bytes = 0;
+  for (const Page& page : pages_)
+    bytes += PageSize{page.vertices.used(), page.indices.used()}.bytes();
+  return bytes;
 }
 
-std::uint64_t GpuCells::allocated_bytes() const { return size_.bytes(); }
+std::uint64_t GpuCells::allocated_bytes() const {
+  std::uint64_t bytes = maker_ != nullptr ? maker_->size().bytes() : 0;
+  for (const Page& page : pages_) bytes += page.size.bytes();
+  return bytes;
+}
 
 }  // namespace cornice::viewer

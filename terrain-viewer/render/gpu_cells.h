@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Cells on the GPU: one buffer of packed vertices, one of indices, the least used cells making
-// room. Buffers are no larger than what is there to be drawn, and small until that is needed:
-// drivers that fill new memory take a second for a gigabyte.
+// Cells on the GPU, in pages of packed vertices and indices, the least used cells making room.
+// There are no more pages than what is there to be drawn takes up, and one until more are needed.
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
+#include "terrain-viewer/render/cell_page.h"
 #include "terrain-viewer/render/gl.h"
 #include "terrain-viewer/render/range_allocator.h"
 #include "terrain-viewer/stream/packed_cell.h"
@@ -20,20 +21,33 @@ struct CellId {
   std::uint32_t row = 0;
 };
 
-/// Where a cell lies in the buffers.
+/// Where a cell lies.
 struct GpuCell {
+  std::uint32_t page = 0;
   std::uint32_t first_vertex = 0;  ///< vertices, then parents
   std::uint32_t vertex_count = 0;
   std::uint32_t stored_count = 0;  ///< with the parents
   std::uint32_t first_index = 0, index_count = 0;
 };
 
+/// Whether a cell may wait for its room to be made.
+enum class Growth {
+  kAtOnce,  ///< whatever it takes: for pictures
+  kSoon,    ///< no more than a page is made in a frame, and none where a PageMaker makes them
+};
+
 class GpuCells {
  public:
-  /// bytes: on the GPU, at most.
-  explicit GpuCells(std::uint64_t bytes) : budget_bytes_(bytes) {}
+  /// bytes: on the GPU, at most. page_bytes: of a page, but a cell at least; more where the budget
+  /// would make more than 16 of them, less where shaders see less of a buffer.
+  explicit GpuCells(std::uint64_t bytes, std::uint64_t page_bytes = 64u << 20)
+      : budget_bytes_(bytes), page_bytes_(page_bytes) {}
 
-  /// So much more (vertices with their parents) may want to be there at a time: a layer was opened.
+  /// Has pages made before they are needed, by a thread that uses `context`. Ends before the
+  /// context that shares with it.
+  void make_ahead(std::unique_ptr<SecondContext> context);
+  /// A cell of so many vertices, with their parents, and indices may want to be there: for each
+  /// cell of a layer that is opened.
   void expect(std::uint64_t vertices, std::uint64_t indices);
 
   bool holds(CellId id) const { return slot_of(id) != kNone; }
@@ -41,12 +55,16 @@ class GpuCells {
   std::optional<GpuCell> use(CellId id, std::uint64_t frame);
   /// Puts a cell there; cells last used before frame `frame` make room and are appended to
   /// `dropped`. False where that is not enough. Throws RunError where the GPU has no room at all.
-  bool put(CellId id, const PackedCell& cell, std::uint64_t frame, std::vector<CellId>& dropped);
+  bool put(CellId id, const PackedCell& cell, std::uint64_t frame, std::vector<CellId>& dropped,
+           Growth growth = Growth::kAtOnce);
 
-  GLuint vertices() const { return vertices_.id(); }
-  GLuint indices() const { return indices_.id(); }
+  std::size_t page_count() const { return pages_.size(); }
+  GLuint vertices(std::uint32_t page) const { return pages_[page].buffers.vertices.id(); }
+  GLuint indices(std::uint32_t page) const { return pages_[page].buffers.indices.id(); }
   std::uint64_t used_bytes() const;
-  std::uint64_t allocated_bytes() const;  ///< on the GPU, used or not
+  std::uint64_t allocated_bytes() const;  ///< on the GPU, used or not, the page being made too
+  /// Of pages that the thread that draws has made itself, while it waited.
+  std::uint64_t waited_for_bytes() const { return waited_for_bytes_; }
   /// The budget, or less where the GPU does not have it.
   std::uint64_t capacity_bytes() const { return budget_bytes_; }
 
@@ -59,15 +77,21 @@ class GpuCells {
     std::uint64_t frame = 0;
     std::uint32_t later = kNone, earlier = kNone;  ///< slots
   };
-  struct Size {
-    std::uint64_t vertices = 0, indices = 0;
-    std::uint64_t bytes() const;
+  struct Page {
+    PageSize size;
+    PageBuffers buffers;
+    RangeAllocator vertices, indices;
   };
   struct Place {
+    std::uint32_t page = 0;
     std::uint64_t first_vertex = 0, first_index = 0;
   };
-  /// Room for so many stored vertices and indices, or none of either.
-  std::optional<Place> take(std::uint64_t vertices, std::uint64_t indices);
+  enum class Grown { kYes, kLater, kNoMore };
+  /// Room on a page for so many stored vertices and indices, or none of either.
+  std::optional<Place> take_on(std::uint32_t page, const PageSize& size);
+  std::optional<Place> take(const PageSize& size);
+  std::optional<Place> make_room(const PageSize& size, std::uint64_t frame, Growth growth,
+                                 std::vector<CellId>& dropped);
   std::uint32_t slot_of(CellId id) const {
     return id.layer < slots_.size() && id.row < slots_[id.layer].size() ? slots_[id.layer][id.row]
                                                                         : kNone;
@@ -75,13 +99,17 @@ class GpuCells {
   void link_as_latest(std::uint32_t slot);
   void unlink(std::uint32_t slot);
   void drop(std::uint32_t slot);
-  Size most() const;
-  bool grow(std::uint64_t vertices, std::uint64_t indices);
+  std::optional<PageSize> next_page() const;
+  Grown grow(std::uint64_t frame, Growth growth);
+  void add(const PageSize& size, PageBuffers buffers);
+  void look_ahead();
 
-  std::uint64_t budget_bytes_;
-  Size expected_, size_;
-  GlBuffer vertices_, indices_;
-  RangeAllocator vertex_ranges_{0}, index_ranges_{0};
+  std::uint64_t budget_bytes_, page_bytes_;
+  PageSize expected_, largest_;  ///< of all cells, of one
+  std::vector<Page> pages_;
+  std::unique_ptr<PageMaker> maker_;
+  std::uint64_t waited_for_bytes_ = 0;
+  std::optional<std::uint64_t> grown_in_;          ///< the frame that waited for a page last
   std::vector<std::vector<std::uint32_t>> slots_;  ///< by layer and row: index into held_
   std::vector<Held> held_;
   std::vector<std::uint32_t> free_slots_;

@@ -33,7 +33,7 @@ constexpr double kWiderDeg = 30.0;
 constexpr double kRoomShare = 0.85;
 /// By what radii are cut, again and again, until a view fits into that.
 constexpr double kRoomFactor = 0.9;
-constexpr int kRoomStepLimit = 100;
+constexpr int kRoomStepLimit = 100, kLikelySteps = 3;
 
 std::uint64_t packed_vertices(const hlod::Node& node) {
   return std::uint64_t{node.vertices} + (node.key.level > 0 ? node.parents : node.vertices);
@@ -98,7 +98,7 @@ Layer::Layer(const std::filesystem::path& path, std::uint32_t id, const CellStor
   if (const auto failures = store_.take_failures(); !failures.empty())
     throw InputError(path.string(), failures.front());
   for (const std::uint32_t root : roots)
-    if (!upload(root, cells, 0))
+    if (!upload(root, cells, 0, Growth::kAtOnce))
       throw RunError("GPU", "has no room for the coarsest level of " + path.string() +
                                 "; give a larger --gpu-memory-mib");
   list_.header = &file_->header();
@@ -132,6 +132,26 @@ std::vector<std::uint32_t> Layer::missing_of_need() const {
   return missing;
 }
 
+/// How often radii are cut so that what they take has room, and finds that in need_. A walk or two
+/// as a rule; a dozen where the view has jumped, which might have taken a hundred one by one.
+int Layer::find_room_step(const hlod::Radii& radii, double share, std::uint64_t room) {
+  const auto has_room = [&](int step) {
+    const double cut = std::min(share, std::pow(kRoomFactor, step));
+    return fits(hlod::scaled(radii, cut, tree_.metric), room);
+  };
+  // Where the frame before had to be cut, this one tries one step less.
+  const int first = has_radii_ ? std::max(0, room_step_ - 1) : 0;
+  for (int step = first; step < first + kLikelySteps; ++step)
+    if (has_room(step)) return step;
+  int low = first + kLikelySteps - 1, high = std::max(kRoomStepLimit, low + 1);
+  while (high - low > 1) {
+    const int middle = (low + high) / 2;
+    (has_room(middle) ? high : low) = middle;
+  }
+  has_room(high);
+  return high;
+}
+
 hlod::Radii Layer::wanted_radii(const LayerView& view, std::uint64_t capacity_bytes) {
   const double scale = hlod::error_scale(kErrorShare * view.error_pixels, view.height,
                                          view.camera.field_of_view_deg);
@@ -144,18 +164,10 @@ hlod::Radii Layer::wanted_radii(const LayerView& view, std::uint64_t capacity_by
   if (view.triangle_budget > 0)
     share = hlod::share_for_budget(tree_, radii, eye_, frustum_, view.triangle_budget, scratch_);
   if (has_radii_) share = std::min(share, share_ + kShareRisePerSecond * view.seconds);
-  // Where the frame before had to be cut, this one tries one step less: a walk or two.
   const auto room = static_cast<std::uint64_t>(kRoomShare * static_cast<double>(capacity_bytes));
-  room_step_ = has_radii_ ? std::max(0, room_step_ - 1) : 0;
-  while (true) {
-    const double cut = std::min(share, std::pow(kRoomFactor, room_step_));
-    const hlod::Radii result = hlod::scaled(radii, cut, tree_.metric);
-    if (fits(result, room) || room_step_ >= kRoomStepLimit) {
-      share_ = cut;
-      return result;
-    }
-    ++room_step_;
-  }
+  room_step_ = find_room_step(radii, share, room);
+  share_ = std::min(share, std::pow(kRoomFactor, room_step_));
+  return hlod::scaled(radii, share_, tree_.metric);
 }
 
 void Layer::set_present(std::uint32_t tree_cell, bool is_present) {
@@ -177,7 +189,7 @@ void Layer::set_present(std::uint32_t tree_cell, bool is_present) {
   }
 }
 
-bool Layer::upload(std::uint32_t tree_cell, GpuCells& cells, std::uint64_t frame) {
+bool Layer::upload(std::uint32_t tree_cell, GpuCells& cells, std::uint64_t frame, Growth growth) {
   const hlod::TreeCell& cell = tree_.cells[tree_cell];
   std::vector<CellId> dropped;
   bool is_whole = true;
@@ -185,7 +197,7 @@ bool Layer::upload(std::uint32_t tree_cell, GpuCells& cells, std::uint64_t frame
     const std::uint32_t row = cell.first_node + part;
     if (cells.holds({id_, row})) continue;
     const auto packed = store_.find(row);
-    is_whole = packed != nullptr && cells.put({id_, row}, *packed, frame, dropped);
+    is_whole = packed != nullptr && cells.put({id_, row}, *packed, frame, dropped, growth);
     if (is_whole) counts_.uploaded_bytes += packed->bytes();
   }
   for (const CellId id : dropped)
@@ -216,7 +228,7 @@ void Layer::stream(const std::vector<std::uint32_t>& missing, const UploadLimit&
       is_held = false;
       rows_.push_back(row);
     }
-    if (is_held && may_upload) upload(c, cells, frame);
+    if (is_held && may_upload) upload(c, cells, frame, limit.growth);
   }
   store_.want(rows_);
 }
@@ -287,7 +299,7 @@ const DrawList& Layer::update(const LayerView& view, GpuCells& cells, std::uint6
 
 bool Layer::settle(const LayerView& view, GpuCells& cells, std::uint64_t frame) {
   constexpr double kForever = std::numeric_limits<double>::infinity();
-  constexpr UploadLimit kNoLimit{kForever, kForever};
+  constexpr UploadLimit kNoLimit{kForever, kForever, Growth::kAtOnce};
   look(view);
   has_radii_ = false;
   const hlod::Radii target = wanted_radii(view, cells.capacity_bytes());

@@ -76,14 +76,16 @@ class Layer {
   hlod::Radii wanted_radii(const LayerView& view, std::uint64_t capacity_bytes);
   void look(const LayerView& view);
   bool fits(const hlod::Radii& radii, std::uint64_t room);
+  int find_room_step(const hlod::Radii& radii, double share, std::uint64_t room);
   std::vector<std::uint32_t> missing_of_need() const;
   /// What a frame may take up to the GPU.
   struct UploadLimit {
     double bytes = 0.0, seconds = 0.0;
+    Growth growth = Growth::kSoon;
   };
   void stream(const std::vector<std::uint32_t>& missing, const UploadLimit& limit, GpuCells& cells,
               std::uint64_t frame);
-  bool upload(std::uint32_t tree_cell, GpuCells& cells, std::uint64_t frame);
+  bool upload(std::uint32_t tree_cell, GpuCells& cells, std::uint64_t frame, Growth growth);
   void keep_need(GpuCells& cells, std::uint64_t frame);
   void set_present(std::uint32_t tree_cell, bool is_present);
   void choose(GpuCells& cells, std::uint64_t frame);

@@ -9,6 +9,40 @@
 #include "core/base/error.h"
 
 namespace cornice::viewer {
+namespace {
+
+/// `shared` or EGL_NO_CONTEXT: whose objects it sees.
+EGLContext create_context(EGLDisplay display, EGLContext shared) {
+  constexpr std::array<EGLint, 7> kWanted{EGL_CONTEXT_MAJOR_VERSION,
+                                          4,
+                                          EGL_CONTEXT_MINOR_VERSION,
+                                          5,
+                                          EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                          EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                                          EGL_NONE};
+  return eglCreateContext(display, EGL_NO_CONFIG_KHR, shared, kWanted.data());
+}
+
+class SecondOffscreenContext : public SecondContext {
+ public:
+  SecondOffscreenContext(EGLDisplay display, EGLContext context)
+      : display_(display), context_(context) {}
+  ~SecondOffscreenContext() override { eglDestroyContext(display_, context_); }
+  bool make_current() override {
+    eglBindAPI(EGL_OPENGL_API);  // each thread has its own
+    return eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_) == EGL_TRUE;
+  }
+  void release() override {
+    eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+    eglReleaseThread();
+  }
+
+ private:
+  EGLDisplay display_;
+  EGLContext context_;
+};
+
+}  // namespace
 
 struct OffscreenContext::State {
   EGLDisplay display = EGL_NO_DISPLAY;
@@ -49,15 +83,7 @@ OffscreenContext::OffscreenContext() : state_(std::make_unique<State>()) {
     state_->display = display;
   }
   eglBindAPI(EGL_OPENGL_API);
-  constexpr std::array<EGLint, 7> kWanted{EGL_CONTEXT_MAJOR_VERSION,
-                                          4,
-                                          EGL_CONTEXT_MINOR_VERSION,
-                                          5,
-                                          EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                                          EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
-                                          EGL_NONE};
-  state_->context =
-      eglCreateContext(state_->display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, kWanted.data());
+  state_->context = create_context(state_->display, EGL_NO_CONTEXT);
   if (state_->context == EGL_NO_CONTEXT) fail("the driver has no OpenGL 4.5 core");
   if (eglMakeCurrent(state_->display, EGL_NO_SURFACE, EGL_NO_SURFACE, state_->context) != EGL_TRUE)
     fail("the driver cannot draw without a window");
@@ -65,6 +91,12 @@ OffscreenContext::OffscreenContext() : state_(std::make_unique<State>()) {
 }
 
 OffscreenContext::~OffscreenContext() = default;
+
+std::unique_ptr<SecondContext> OffscreenContext::second() const {
+  const EGLContext context = create_context(state_->display, state_->context);
+  if (context == EGL_NO_CONTEXT) return nullptr;
+  return std::make_unique<SecondOffscreenContext>(state_->display, context);
+}
 
 std::string gl_description() {
   const auto text = [](GLenum what) {

@@ -5,6 +5,8 @@
 #include <memory>
 #include <string>
 
+#include "terrain-viewer/render/cell_page.h"
+
 namespace cornice::viewer {
 
 /// A current OpenGL 4.5 core context on this thread, on the GPU or on Mesa's software rasteriser.
@@ -15,6 +17,9 @@ class OffscreenContext {
   ~OffscreenContext();
   OffscreenContext(const OffscreenContext&) = delete;
   OffscreenContext& operator=(const OffscreenContext&) = delete;
+
+  /// One that shares its objects with this; ends before it. Null where the driver has none.
+  std::unique_ptr<SecondContext> second() const;
 
  private:
   struct State;

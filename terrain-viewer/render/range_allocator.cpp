@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "terrain-viewer/render/range_allocator.h"
 
+#include <algorithm>
 #include <cassert>
 #include <iterator>
 
 namespace cornice::viewer {
 
-RangeAllocator::RangeAllocator(std::uint64_t size) { extend(size); }
+RangeAllocator::RangeAllocator(std::uint64_t size) : none_from_(size + 1) {
+  if (size > 0) free_.emplace(0, size);
+}
 
 std::optional<std::uint64_t> RangeAllocator::take(std::uint64_t count) {
   if (count == 0) return 0;
+  if (count >= none_from_) return std::nullopt;
   for (auto range = free_.begin(); range != free_.end(); ++range) {
     const auto [first, free_count] = *range;
     if (free_count < count) continue;
@@ -18,6 +22,7 @@ std::optional<std::uint64_t> RangeAllocator::take(std::uint64_t count) {
     used_ += count;
     return first;
   }
+  none_from_ = count;
   return std::nullopt;
 }
 
@@ -28,22 +33,20 @@ void RangeAllocator::give_back(std::uint64_t first, std::uint64_t count) {
   add_free(first, count);
 }
 
-void RangeAllocator::extend(std::uint64_t count) {
-  if (count > 0) add_free(size_, count);
-  size_ += count;
-}
-
 void RangeAllocator::add_free(std::uint64_t first, std::uint64_t count) {
   auto range = free_.emplace(first, count).first;
   if (const auto next = std::next(range); next != free_.end() && first + count == next->first) {
     range->second += next->second;
     free_.erase(next);
   }
-  if (range == free_.begin()) return;
-  if (const auto before = std::prev(range); before->first + before->second == first) {
-    before->second += range->second;
-    free_.erase(range);
+  if (range != free_.begin()) {
+    if (const auto before = std::prev(range); before->first + before->second == first) {
+      before->second += range->second;
+      free_.erase(range);
+      range = before;
+    }
   }
+  none_from_ = std::max(none_from_, range->second + 1);
 }
 
 }  // namespace cornice::viewer

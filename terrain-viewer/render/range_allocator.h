@@ -9,7 +9,7 @@
 namespace cornice::viewer {
 
 /// Hands out ranges of [0, size): the lowest that is large enough, so the same requests get the
-/// same places. Neighbouring free ranges are joined.
+/// same places. Neighbouring free ranges are joined. What is refused costs no search the next time.
 class RangeAllocator {
  public:
   explicit RangeAllocator(std::uint64_t size);
@@ -17,15 +17,14 @@ class RangeAllocator {
   std::optional<std::uint64_t> take(std::uint64_t count);
   /// Gives back what take(count) gave.
   void give_back(std::uint64_t first, std::uint64_t count);
-  /// The buffer became longer by so many items.
-  void extend(std::uint64_t count);
   std::uint64_t used() const { return used_; }
 
  private:
   void add_free(std::uint64_t first, std::uint64_t count);
 
   std::map<std::uint64_t, std::uint64_t> free_;  ///< first item, count
-  std::uint64_t size_ = 0, used_ = 0;
+  std::uint64_t used_ = 0;
+  std::uint64_t none_from_;  ///< no free range is known to be so long
 };
 
 }  // namespace cornice::viewer

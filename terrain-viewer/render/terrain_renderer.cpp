@@ -37,6 +37,9 @@ struct DrawCommand {
 };
 
 constexpr std::size_t kRampTexels = 256;
+/// A page of cells is a call, and calls draw one after the other. The cells are drawn in so many
+/// parts, the nearest first, so that far ones of one page do not come before near ones of another.
+constexpr std::size_t kParts = 4;
 /// Floats hold places within so many metres to some millimetres.
 constexpr double kNoisePeriodM = 65536.0;
 
@@ -80,6 +83,12 @@ DrawRecord record_of(const DrawList& list, const DrawList::Item& item, DrawRecor
                    static_cast<float>(eye_height)};
   return record;
 }
+
+/// Cells of one page that one call draws.
+struct Run {
+  std::uint32_t page = 0;
+  std::size_t first = 0, count = 0;  ///< among the commands
+};
 
 /// A buffer that grows to what is written into it.
 class GrowingBuffer {
@@ -160,6 +169,8 @@ struct TerrainRenderer::State {
   GrowingBuffer records, commands, draw_indices;
   std::vector<DrawRecord> drawn;    ///< memory that prepare() uses again
   std::vector<DrawCommand> orders;  ///< likewise
+  std::vector<std::uint64_t> keys;  ///< likewise
+  std::vector<Run> runs;            ///< of what was prepared last
   std::size_t draw_index_count = 0;
   Camera camera;
   std::unique_ptr<Overdraw> overdraw;
@@ -188,13 +199,27 @@ struct TerrainRenderer::State {
     glBindBufferBase(GL_UNIFORM_BUFFER, 1, drape_block.id());
   }
 
-  /// Sends the list to the GPU and binds it; returns what a draw call would draw.
+  /// Items of the list in the order to draw them: by part of the list, then page, the nearest
+  /// first.
+  void sort_items(const DrawList& list) {
+    keys.clear();
+    const std::uint64_t all = list.items.size();
+    for (std::uint64_t i = 0; i < all; ++i)
+      keys.push_back((i * kParts / all) << 56 | std::uint64_t{list.items[i].cell.page} << 32 | i);
+    std::sort(keys.begin(), keys.end());
+  }
+
+  /// Sends the list to the GPU; returns what a draw call would draw.
   DrawCounts prepare(const DrawList& list, const GpuCells& cells, Shading shading) {
     const DrawRecord shared = shared_record(list, camera.eye);
-    drawn.clear();
-    orders.clear();
+    drawn.clear(), orders.clear(), runs.clear();
     DrawCounts counts;
-    for (const DrawList::Item& item : list.items) {
+    sort_items(list);
+    for (const std::uint64_t key : keys) {
+      const DrawList::Item& item = list.items[static_cast<std::uint32_t>(key)];
+      if (runs.empty() || runs.back().page != item.cell.page)
+        runs.push_back({item.cell.page, orders.size(), 0});
+      ++runs.back().count;
       orders.push_back({item.cell.index_count, 1, item.cell.first_index,
                         static_cast<std::int32_t>(item.cell.first_vertex),
                         static_cast<std::uint32_t>(drawn.size())});
@@ -204,11 +229,12 @@ struct TerrainRenderer::State {
     counts.cells = static_cast<std::uint32_t>(drawn.size());
     records.write(drawn.data(), drawn.size() * sizeof(DrawRecord));
     commands.write(orders.data(), orders.size() * sizeof(DrawCommand));
-    bind(drawn.size(), cells);
+    bind(drawn.size());
+    if (!runs.empty()) bind_page(runs.front().page, cells);
     return counts;
   }
 
-  void bind(std::size_t draws, const GpuCells& cells) {
+  void bind(std::size_t draws) {
     // gl_BaseInstance is not in OpenGL 4.5: an attribute that steps once per instance tells a
     // vertex which draw it belongs to.
     if (draws > draw_index_count) {
@@ -218,21 +244,30 @@ struct TerrainRenderer::State {
       draw_index_count = indices.size();
     }
     glBindVertexArray(array.id());
-    glVertexArrayElementBuffer(array.id(), cells.indices());
     glVertexArrayVertexBuffer(array.id(), 0, draw_indices.id(), 0, 4);
     glVertexArrayAttribIFormat(array.id(), 0, 1, GL_UNSIGNED_INT, 0);
     glVertexArrayAttribBinding(array.id(), 0, 0);
     glVertexArrayBindingDivisor(array.id(), 0, 1);
     glEnableVertexArrayAttrib(array.id(), 0);
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, cells.vertices());
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, records.id());
     glBindBuffer(GL_DRAW_INDIRECT_BUFFER, commands.id());
   }
 
-  void call(const DrawCounts& counts) const {
-    if (counts.cells == 0) return;
-    glMultiDrawElementsIndirect(GL_TRIANGLES, GL_UNSIGNED_SHORT, nullptr,
-                                static_cast<GLsizei>(counts.cells), 0);
+  void bind_page(std::uint32_t page, const GpuCells& cells) const {
+    glVertexArrayElementBuffer(array.id(), cells.indices(page));
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, cells.vertices(page));
+  }
+
+  /// Draws what was prepared; returns the number of calls.
+  std::uint32_t call(const GpuCells& cells) const {
+    for (const Run& run : runs) {
+      bind_page(run.page, cells);
+      const std::uintptr_t first = run.first * sizeof(DrawCommand);
+      glMultiDrawElementsIndirect(GL_TRIANGLES, GL_UNSIGNED_SHORT,
+                                  reinterpret_cast<const void*>(first),
+                                  static_cast<GLsizei>(run.count), 0);
+    }
+    return static_cast<std::uint32_t>(runs.size());
   }
 
   void draw_sky() const {
@@ -297,8 +332,7 @@ DrawCounts TerrainRenderer::draw(const DrawList& list, const GpuCells& cells, co
   DrawCounts counts = state_->prepare(list, cells, style.shading);
   if (style.shading == Shading::kOverdraw) {
     glUseProgram(state_->overdraw->program());
-    state_->call(counts);
-    counts.calls = 1;
+    counts.calls = state_->call(cells);
     return counts;
   }
   if (style.opacity < 1.0) {
@@ -306,8 +340,7 @@ DrawCounts TerrainRenderer::draw(const DrawList& list, const GpuCells& cells, co
     glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
   }
   glUseProgram(state_->surface.id());
-  state_->call(counts);
-  counts.calls = 1;
+  counts.calls = state_->call(cells);
   if (style.has_edges) {
     glEnable(GL_BLEND);
     glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
@@ -315,10 +348,9 @@ DrawCounts TerrainRenderer::draw(const DrawList& list, const GpuCells& cells, co
     glEnable(GL_POLYGON_OFFSET_LINE);
     glPolygonOffset(1.0f, 1.0f);  // towards the eye: depth is reversed
     glUseProgram(state_->edges.id());
-    state_->call(counts);
+    counts.calls += state_->call(cells);
     glDisable(GL_POLYGON_OFFSET_LINE);
     glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
-    counts.calls = 2;
   }
   glDisable(GL_BLEND);
   return counts;

@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <filesystem>
 #include <set>
 #include <thread>
+#include <vector>
 
 #include "tests/property/viewer/crater_fixture.h"
 
@@ -43,6 +45,32 @@ TEST_F(Budget, OfATenthHoldsTwoNeighbouringViewsAndLetsGoOfThemForOthersAlone) {
   EXPECT_GT(studio.layer().counts().store.cells_read, studio.layer().counts().cells_loaded)
       << "all had room, nothing was tried";
   EXPECT_LE(studio.cells().allocated_bytes(), tenth.gpu_bytes);
+}
+
+/// Of three views with room for all, and on how many pages that was.
+std::vector<Picture> pictures_of(const std::filesystem::path& file,
+                                 const CraterStudio::Budgets& budgets, std::size_t& pages) {
+  CraterStudio studio(file, 160, 120, budgets);
+  std::vector<Picture> pictures;
+  for (const double t : {0.1, 0.4, 0.7}) {
+    EXPECT_TRUE(studio.settle(crater_camera(t), 0.3)) << t;
+    pictures.push_back(studio.draw(studio.layer().list(), crater_camera(t)));
+  }
+  pages = studio.cells().page_count();
+  return pictures;
+}
+
+TEST_F(Budget, OnManyPagesDrawsThePicturesOfOnePage) {
+  CraterStudio::Budgets many;
+  many.gpu_bytes = 9u << 20;
+  many.page_bytes = many.gpu_bytes / 16;
+  std::size_t pages = 0;
+  const std::vector<Picture> expected = pictures_of(crater_file(), {}, pages);
+  EXPECT_EQ(pages, 1u);
+  const std::vector<Picture> pictures = pictures_of(crater_file(), many, pages);
+  EXPECT_GT(pages, 4u);
+  for (std::size_t i = 0; i < pictures.size(); ++i)
+    EXPECT_TRUE(pictures[i].pixels == expected[i].pixels) << i;
 }
 
 TEST_F(Budget, OfNoTimeTakesOneCellAFrameToTheGpuUntilAllAreThere) {

@@ -68,7 +68,7 @@ Camera crater_camera(double t) {
 
 CraterStudio::CraterStudio(const std::filesystem::path& file, int width, int height,
                            const Budgets& budgets)
-    : cells_(budgets.gpu_bytes),
+    : cells_(budgets.gpu_bytes, budgets.page_bytes),
       layer_(file, 0, {budgets.threads, budgets.cache_bytes}, cells_),
       target_(width, height, 1) {}
 

@@ -34,6 +34,7 @@ class CraterStudio {
   struct Budgets {
     std::uint64_t gpu_bytes = 256u << 20, cache_bytes = 256u << 20;
     int threads = 1;
+    std::uint64_t page_bytes = 64u << 20;
   };
   CraterStudio(const std::filesystem::path& file, int width, int height, const Budgets& budgets);
 

@@ -52,16 +52,17 @@ TEST(RangeAllocator, SaysWhenThereIsNoRoom) {
   EXPECT_EQ(RangeAllocator(0).take(1), std::nullopt);
 }
 
-TEST(RangeAllocator, JoinsWhatItIsExtendedByToTheFreeRangeAtItsEnd) {
+TEST(RangeAllocator, GivesWhatItRefusedOnceThereIsRoomForIt) {
   RangeAllocator ranges(10);
-  ASSERT_EQ(ranges.take(6), 0u);
-  ASSERT_FALSE(ranges.take(7));
-  ranges.extend(3);
-  EXPECT_EQ(ranges.take(7), 6u);
-  EXPECT_EQ(ranges.used(), 13u);
-  ranges.extend(2);
-  EXPECT_EQ(ranges.take(2), 13u);
-  EXPECT_FALSE(ranges.take(1));
+  ASSERT_EQ(ranges.take(4), 0u);
+  ASSERT_EQ(ranges.take(2), 4u);
+  ASSERT_FALSE(ranges.take(5));
+  ASSERT_FALSE(ranges.take(6));
+  ranges.give_back(4, 2);
+  EXPECT_EQ(ranges.take(6), 4u);
+  ranges.give_back(0, 4);
+  EXPECT_FALSE(ranges.take(5));
+  EXPECT_EQ(ranges.take(4), 0u);
 }
 
 TEST(RangeAllocator, HasRoomForNothingWhereItIsFull) {

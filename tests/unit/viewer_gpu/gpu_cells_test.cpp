@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "terrain-viewer/render/offscreen_context.h"
@@ -27,7 +29,9 @@ PackedCell marked_cell(std::uint32_t mark) {
 /// Room for four cells; twenty are expected.
 class FourCells : public testing::Test {
  protected:
-  FourCells() { cells_.expect(20 * kStored, 20 * kIndices); }
+  FourCells() {
+    for (int cell = 0; cell < 20; ++cell) cells_.expect(kStored, kIndices);
+  }
   bool put(std::uint32_t row, std::uint64_t frame) {
     dropped_.clear();
     return cells_.put({0, row}, marked_cell(row), frame, dropped_);
@@ -79,16 +83,103 @@ TEST_F(FourCells, HoldWhatWasPutAfterOthersMadeRoom) {
     if (!cell) continue;
     ++held;
     std::vector<std::uint32_t> words(kStored * kWordsPerVertex);
-    glGetNamedBufferSubData(cells_.vertices(),
+    glGetNamedBufferSubData(cells_.vertices(cell->page),
                             static_cast<GLintptr>(cell->first_vertex * kWordsPerVertex * 4),
                             static_cast<GLsizeiptr>(words.size() * 4), words.data());
     EXPECT_EQ(words, marked_cell(row).words);
     std::vector<std::uint16_t> indices(kIndices);
-    glGetNamedBufferSubData(cells_.indices(), static_cast<GLintptr>(cell->first_index * 2),
+    glGetNamedBufferSubData(cells_.indices(cell->page),
+                            static_cast<GLintptr>(cell->first_index * 2),
                             static_cast<GLsizeiptr>(indices.size() * 2), indices.data());
     EXPECT_EQ(indices, marked_cell(row).indices);
   }
   EXPECT_EQ(held, 4u);
+}
+
+/// Room for a hundred cells on pages of ten.
+class Pages : public testing::Test {
+ protected:
+  static constexpr std::uint32_t kCells = 100;
+  static constexpr std::uint64_t kPageBytes = 10 * kCellBytes;
+
+  Pages() {
+    for (std::uint32_t cell = 0; cell < kCells; ++cell) cells_.expect(kStored, kIndices);
+  }
+  bool put(std::uint32_t row, std::uint64_t frame) {
+    return cells_.put({0, row}, marked_cell(row), frame, dropped_, Growth::kSoon);
+  }
+  /// Puts all that is not there in frame after frame until all are; returns the number of frames.
+  std::uint64_t fly() {
+    std::uint64_t frame = 0, waited_for = 0;
+    for (std::uint32_t there = 0; there < kCells;) {
+      ++frame;
+      there = 0;
+      for (std::uint32_t row = 0; row < kCells; ++row) there += put(row, frame) ? 1 : 0;
+      EXPECT_LE(cells_.waited_for_bytes() - waited_for, kPageBytes) << "frame " << frame;
+      EXPECT_LE(cells_.allocated_bytes(), kCells * kCellBytes);
+      waited_for = cells_.waited_for_bytes();
+    }
+    return frame;
+  }
+  void expect_all_marked() {
+    for (std::uint32_t row = 0; row < kCells; ++row) {
+      const auto cell = cells_.use({0, row}, 1000);
+      ASSERT_TRUE(cell) << row;
+      std::vector<std::uint32_t> words(kStored * kWordsPerVertex);
+      glGetNamedBufferSubData(cells_.vertices(cell->page),
+                              static_cast<GLintptr>(cell->first_vertex * kWordsPerVertex * 4),
+                              static_cast<GLsizeiptr>(words.size() * 4), words.data());
+      EXPECT_EQ(words, marked_cell(row).words) << row;
+    }
+  }
+
+  OffscreenContext context_;
+  GpuCells cells_{kCells * kCellBytes, kPageBytes};
+  std::vector<CellId> dropped_;
+};
+
+TEST_F(Pages, AreMadeOneAFrameByTheThreadThatDraws) {
+  EXPECT_EQ(fly(), 10u);
+  EXPECT_EQ(cells_.page_count(), 10u);
+  EXPECT_EQ(cells_.waited_for_bytes(), kCells * kCellBytes);
+  EXPECT_TRUE(dropped_.empty());
+  expect_all_marked();
+}
+
+TEST_F(Pages, AreAllMadeAtOnceForAPicture) {
+  for (std::uint32_t row = 0; row < kCells; ++row)
+    ASSERT_TRUE(cells_.put({0, row}, marked_cell(row), 1, dropped_, Growth::kAtOnce));
+  EXPECT_EQ(cells_.page_count(), 10u);
+}
+
+TEST_F(Pages, AreNotWaitedForWhereAnotherContextMakesThem) {
+  auto second = context_.second();
+  if (!second) GTEST_SKIP() << "the driver has no second context";
+  cells_.make_ahead(std::move(second));
+  fly();
+  EXPECT_EQ(cells_.waited_for_bytes(), 0u);
+  EXPECT_EQ(cells_.page_count(), 10u);
+  EXPECT_TRUE(dropped_.empty());
+  expect_all_marked();
+}
+
+TEST_F(Pages, AreMadeByTheThreadThatDrawsWhereTheOtherContextFails) {
+  class Refused : public SecondContext {
+   public:
+    bool make_current() override { return false; }
+    void release() override { ADD_FAILURE() << "of what was never had"; }
+  };
+  cells_.make_ahead(std::make_unique<Refused>());
+  EXPECT_GE(fly(), 10u);
+  EXPECT_EQ(cells_.page_count(), 10u);
+  expect_all_marked();
+}
+
+TEST_F(Pages, GiveRoomToWhatComesOnceNoneCanBeMade) {
+  fly();
+  EXPECT_TRUE(put(kCells, 2000));
+  EXPECT_EQ(dropped_.size(), 1u);
+  EXPECT_EQ(cells_.page_count(), 10u);
 }
 
 }  // namespace
