@@ -215,7 +215,6 @@ BuildCell BlockBuilder::make_parent(std::uint32_t parent) {
   cell.key = parent_keys_[parent];
   const auto step = static_cast<float>(header_.lattice.step(cell.key.level));
   place_.assign(data_.size(), kNone);
-  float moved = 0;
   std::size_t triangles = 0;
   for (std::size_t c = 0; c < parent_cell_.size(); ++c) {
     if (parent_cell_[c] == parent) triangles += begins_[c + 1] - begins_[c];
@@ -224,9 +223,10 @@ BuildCell BlockBuilder::make_parent(std::uint32_t parent) {
   triangles = triangles * simplifier_.triangle_count() / (original_.size() + 1) * 5 / 4;
   cell.triangles.reserve(triangles);
   cell.vertices.reserve(triangles * 9 / 16);
+  step_error_.begin_part();
   for (std::size_t c = 0; c < parent_cell_.size(); ++c) {
     if (parent_cell_[c] != parent) continue;
-    moved = step_error_.of(begins_[c], begins_[c + 1], moved);
+    step_error_.add(begins_[c], begins_[c + 1]);
     cell.error_m = std::max(cell.error_m, (*cells_)[c]->error_m);
     for (std::size_t i = begins_[c]; i < begins_[c + 1]; ++i) {
       const Triangle& old = mesh_.triangles[i];
@@ -243,7 +243,7 @@ BuildCell BlockBuilder::make_parent(std::uint32_t parent) {
       cell.triangles.push_back(t);
     }
   }
-  cell.step_error_m = (moved + kRoundingSteps) * step;
+  cell.step_error_m = (step_error_.end_part() + kRoundingSteps) * step;
   cell.error_m += cell.step_error_m;
   return cell;
 }

@@ -61,6 +61,7 @@ class Simplifier {
   /// Of each vertex x, y, z and a number of the simplifier's own.
   const std::vector<Float4>& places() const { return places_; }
   std::size_t triangle_count() const { return live_; }
+  bool is_in_plan() const { return options_.in_plan; }
   /// Whether a vertex was on a border of the surface before it went.
   bool is_border(std::uint32_t vertex) const { return kinds_[vertex] == Kind::kBorder; }
   /// Whether its triangles formed one closed fan and it was not locked.

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 #include "core/base/clones.h"
@@ -17,6 +18,11 @@ constexpr std::size_t kLanes = 8;
 constexpr std::size_t kLookLimit = 24;
 /// A foot that is farther off than this part of the way to the parent may not be the nearest.
 constexpr float kFarFoot = 0.1f;
+/// So many vertices ahead of the one whose feet are found, its memory is asked for, and so many
+/// ahead that of its neighbours.
+constexpr std::size_t kFarAhead = 12, kAhead = 5;
+/// So many edges ahead of the one that is looked at, the link that it will need is asked for.
+constexpr std::size_t kEdgesAhead = 8;
 /// Low bits of a squared distance that say which triangle it is of, and whether beyond its rim.
 constexpr std::int32_t kFootBits = 15;
 
@@ -50,21 +56,63 @@ void StepError::prepare(const Simplifier& simplifier, std::span<const Float4> fi
     feet_[v] = {{v, v, v}, 0};
     if (parent != v) next_[v] = std::exchange(first_[parent], v);
   }
+  taken_.clear();
+  for (std::uint32_t v = 0; v < count; ++v) {
+    if (first_[v] != kNone) taken_.push_back(v);
+  }
   find_all_feet();
 }
 
 CORNICE_CLONES void StepError::find_all_feet() {
-  for (std::uint32_t v = 0; v < first_.size(); ++v) {
-    if (first_[v] != kNone) find_feet(v);
+  const std::size_t count = taken_.size();
+  const VertexLinks& links = simplifier_->links();
+  const Float4* const places = simplifier_->places().data();
+  const std::size_t last = fine_.size() - 1;
+  for (std::size_t i = 0; i < count; ++i) {
+    links.prefetch(taken_[std::min(i + kFarAhead, count - 1)]);
+    const Link& near = links.of(taken_[std::min(i + kAhead, count - 1)]);
+    // Of what is no vertex, the last is asked for.
+    for (std::size_t k = 0; k < 6; ++k) {
+      __builtin_prefetch(places + std::min<std::size_t>(near.at[k], last));
+    }
+    find_feet(taken_[i]);
   }
+}
+
+/// Coordinates of what lies round a vertex are taken once: each is the next triangle's, too.
+CORNICE_INLINE void StepError::gather_ring(std::uint32_t vertex, const Link& link, Fan& fan) const {
+  Int8 names;
+  load_lanes(link.at, names);
+  // What fills the lanes up is the side between the last triangle and the first, which it goes by.
+  const Int8 is_triangle = kLaneNumbers < static_cast<std::int32_t>(link.count());
+  const auto first = static_cast<std::int32_t>(link.at[0]);
+  const auto second = static_cast<std::int32_t>(link.at[1]);
+  names = is_triangle ? names : Int8{} + first;
+  store_lanes(fan.next.data(), names);
+  const Int8 following = CORNICE_SHUFFLE8(names, names, 1, 2, 3, 4, 5, 6, 7, 8);
+  store_lanes(fan.prev.data(), is_triangle ? following : Int8{} + second);
+  const Float4* const places = simplifier_->places().data();
+  const Float4 at = places[vertex];
+  FanLanes& lanes = fan.lanes.front();
+  VectorLanes next;
+  gather_vectors(places, fan.next.data(), next);
+  next.x -= at[0], next.y -= at[1], next.z -= at[2];
+  lanes.next = next;
+  one_on(next.x, next.x, lanes.prev.x);
+  one_on(next.y, next.y, lanes.prev.y);
+  one_on(next.z, next.z, lanes.prev.z);
+  measure_fan(lanes);
 }
 
 CORNICE_INLINE void StepError::gather(std::uint32_t vertex, Fan& fan) const {
   const VertexLinks& links = simplifier_->links();
-  const std::size_t triangles = links.triangle_count(vertex);
+  const Link& link = links.of(vertex);
+  fan.is_ring = !link.is_loose() && link.is_closed() && link.count() <= kLanes;
+  const std::size_t triangles = fan.is_ring ? kLanes : links.triangle_count(vertex);
   fan.lanes.resize((triangles + kLanes - 1) / kLanes);
   const std::size_t filled = fan.lanes.size() * kLanes;
   if (fan.next.size() < filled) fan.next.resize(filled), fan.prev.resize(filled);
+  if (fan.is_ring) return gather_ring(vertex, link, fan);
   std::size_t count = 0;
   links.for_each_arc(vertex, [&](std::uint32_t from, std::uint32_t to) {
     fan.next[count] = from, fan.prev[count] = to, ++count;
@@ -115,12 +163,28 @@ CORNICE_INLINE void StepError::find_feet(std::uint32_t parent) {
     foot_in(fan_, parent, way, foot);
     if (foot.is_point()) foot.distance = way_square;
     const bool may_be_nearer =
-        foot.distance < 0 || (!foot.is_point() && foot.distance > kFarFoot * kFarFoot * way_square);
+        foot.distance < 0 ||
+        (!foot.is_point() && foot.distance > kFarFoot * kFarFoot * way_square &&
+         !(simplifier_->is_in_plan() && is_nearest_in_plan(fan_, way, foot.distance)));
     feet_[v] = {foot.corners, std::sqrt(std::abs(foot.distance))};
     if (may_be_nearer) look_round(v);
     if (simplifier_->is_border(v))
       feet_[v].distance = std::max(feet_[v].distance, border_distance(v));
   }
+}
+
+/// Whether the way to anything beyond the fan's rim would be longer in plan alone than to the foot.
+CORNICE_INLINE bool StepError::is_nearest_in_plan(const Fan& fan, Vec3f point, float square) const {
+  if (!fan.is_ring) return false;
+  const VectorLanes &next = fan.lanes.front().next, &prev = fan.lanes.front().prev;
+  const Float8 ox = prev.x - next.x, oy = prev.y - next.y;
+  const Float8 x = point.x - next.x, y = point.y - next.y;
+  Float8 per_outer = ox * ox + oy * oy;
+  invert(per_outer);
+  Float8 place = (x * ox + y * oy) * per_outer;
+  clamp_share(place);
+  const Float8 dx = x - place * ox, dy = y - place * oy;
+  return or_of_lanes(dx * dx + dy * dy < square) == 0;
 }
 
 /// Looks for a nearer foot round the foot's triangle, and on as long as there is one.
@@ -181,30 +245,28 @@ void StepError::Crossings::fill_up() {
 }
 
 /// The edges of a range, without those that are met again from their other side. For which it is
-/// cannot be foretold, so there are no branches, here as below. Returns the largest distance of a
-/// vertex.
-float StepError::list_edges(std::size_t begin, std::size_t end, float least) {
+/// cannot be foretold, so there are no branches, here as below.
+void StepError::list_edges(std::size_t begin, std::size_t end) {
   edges_.resize(3 * (end - begin) + 1);
-  std::array<std::uint32_t, 2>* edge = edges_.data();
+  Edge* edge = edges_.data();
+  const std::uint8_t* const within = within_.data();
   for (std::size_t i = begin; i < end; ++i) {
     const Triangle& t = original_[i];
     for (std::size_t e = 0; e < 3; ++e) {
       const std::uint32_t from = t[e], to = t[e == 2 ? 0 : e + 1];
-      const bool is_again = (from > to) & ((within_[from] | within_[to]) != 0);
-      *edge = {std::min(from, to), std::max(from, to)};
+      const bool is_again = (from > to) & ((within[from] | within[to]) != 0);
+      edge->a = std::min(from, to), edge->b = std::max(from, to);
       edge += !is_again;
-      least = std::max(least, feet_[from].distance);
     }
   }
   edges_.resize(static_cast<std::size_t>(edge - edges_.data()));
-  return least;
 }
 
 /// Takes the edges apart: those that pass over one coarse edge, others, and those with both feet on
-/// one triangle, which pass over none.
-void StepError::find_crossings() {
+/// one triangle, which pass over none. Every vertex has an edge, so all distances are seen here.
+CORNICE_CLONES void StepError::find_crossings() {
   // Places of the corners that two triangles share, by their bits.
-  constexpr std::array<std::uint8_t, 8> kFirst{0, 0, 0, 0, 0, 0, 1, 0};
+  constexpr std::array<std::uint8_t, 8> kFirst{0, 0, 1, 0, 2, 0, 1, 0};
   constexpr std::array<std::uint8_t, 8> kSecond{0, 0, 0, 1, 0, 2, 2, 0};
   constexpr unsigned kTwo = 1u << 3 | 1u << 5 | 1u << 6;
   once_.count = 0;
@@ -212,19 +274,23 @@ void StepError::find_crossings() {
   std::uint32_t *const to_a = once_.a.data(), *const to_b = once_.b.data();
   std::uint32_t *const to_p = once_.p.data(), *const to_q = once_.q.data();
   const Foot* const feet = feet_.data();
-  std::array<std::uint32_t, 2>* const edges = edges_.data();
+  Edge* const edges = edges_.data();
   std::size_t count = 0, others = 0;
+  Int4 most{};  // bits of floats from 0 on are ordered as these are; the others mean nothing
   for (std::size_t i = 0; i < edges_.size(); ++i) {
-    const auto [a, b] = edges[i];
+    const std::uint32_t a = edges[i].a, b = edges[i].b;
     Int4 of_a, of_b;
     load_lanes(feet + a, of_a);
     load_lanes(feet + b, of_b);
+    most = of_a > most ? of_a : most;
+    most = of_b > most ? of_b : most;
     Int4 shared = (of_a == of_b) | (of_a == CORNICE_SHUFFLE4(of_b, of_b, 1, 2, 0, 3)) |
                   (of_a == CORNICE_SHUFFLE4(of_b, of_b, 2, 0, 1, 3));
     shared &= Int4{1, 2, 4, 0};
     shared |= CORNICE_SHUFFLE4(shared, shared, 2, 3, 0, 1);
     shared |= CORNICE_SHUFFLE4(shared, shared, 1, 0, 3, 2);
     const auto bits = static_cast<unsigned>(shared[0]);
+    const auto first_of_b = static_cast<std::uint32_t>(of_b[0]);
     const bool ends = of_b[0] == of_b[1];
     const bool passes = !((bits == 7) | (ends & (bits != 0)));
     const bool is_once = passes & ((kTwo >> bits & 1) != 0);
@@ -232,32 +298,35 @@ void StepError::find_crossings() {
     const std::uint32_t p = corners[kFirst[bits]], q = corners[kSecond[bits]];
     to_a[count] = a, to_b[count] = b, to_p[count] = std::min(p, q), to_q[count] = std::max(p, q);
     count += is_once;
-    edges[others] = {a, b};
+    edges[others] = {a, b, ends ? first_of_b : p};
     others += passes & !is_once;
   }
   once_.count = count;
   edges_.resize(others);
+  error_ = std::max(error_, std::bit_cast<float>(static_cast<std::int32_t>(most[3])));
 }
 
 /// Of an edge whose feet are not on triangles with a common edge.
-float StepError::pass(std::uint32_t a, std::uint32_t b, float error) {
-  if (feet_[b].is_point()) std::swap(a, b);
-  const bool found = feet_[a].is_point() ? pass_from_point(a, b) : pass_between(a, b);
-  return found ? error : pass_farther(a, b, error);
+void StepError::pass(const Edge& edge) {
+  const bool is_turned = feet_[edge.b].is_point();
+  const std::uint32_t a = is_turned ? edge.b : edge.a, b = is_turned ? edge.a : edge.b;
+  const bool found = feet_[a].is_point() ? pass_from_point(a, b) : pass_between(edge);
+  if (!found) pass_farther(a, b);
 }
 
 /// By way of one triangle between those of the feet.
-bool StepError::pass_between(std::uint32_t a, std::uint32_t b) {
+bool StepError::pass_between(const Edge& edge) {
+  const auto [a, b, p] = edge;
   const Foot &from = feet_[a], &to = feet_[b];
-  std::uint32_t p = kNone;
-  for (const std::uint32_t v : from.corners) p = to.has(v) ? v : p;
-  if (p == kNone) return false;
+  if (!to.has(p)) return false;
   const Link& link = simplifier_->links().of(p);
   if (link.is_loose()) {
     bool found = false;
     simplifier_->links().for_each_arc(p, [&](std::uint32_t next, std::uint32_t prev) {
       const bool on = from.has(next) && to.has(prev), back = from.has(prev) && to.has(next);
-      if (!found && (on || back)) twice_.add(a, b, {p, on ? next : prev, on ? prev : next});
+      if (!found && (on || back)) {
+        twice_.add(edge.a, edge.b, {edge.middle, on ? next : prev, on ? prev : next});
+      }
       found = found || on || back;
     });
     return found;
@@ -274,18 +343,18 @@ bool StepError::pass_between(std::uint32_t a, std::uint32_t b) {
   return true;
 }
 
-/// Round the vertex that lies between the feet, or where that is the farthest of all, the way that
-/// is found.
-float StepError::pass_farther(std::uint32_t a, std::uint32_t b, float error) const {
+/// Round the vertex that lies between the feet; where that may be the farthest of all, another way
+/// is looked for later.
+void StepError::pass_farther(std::uint32_t a, std::uint32_t b) {
   const Foot &from = feet_[a], &to = feet_[b];
+  float least = std::numeric_limits<float>::infinity();
   if (!to.is_point()) {
     for (const std::uint32_t middle : to.corners) {
-      if (from.is_point() || from.has(middle)) {
-        if (go_round(a, b, middle) <= error) return error;
-      }
+      if (from.is_point() || from.has(middle)) least = std::min(least, go_round(a, b, middle));
+      if (least <= error_) return;
     }
   }
-  return std::max(error, search(a, b));
+  far_.push_back({least, a, b});
 }
 
 /// From a vertex a that stays, over the third edge of one of its triangles.
@@ -315,28 +384,26 @@ bool StepError::pass_from_point(std::uint32_t a, std::uint32_t b) {
   return true;
 }
 
-/// Another way is looked for where one of those that were measured is the farthest of all.
-float StepError::settle(const Crossings& crossings, std::size_t first, const Float8& square,
-                        float error) {
+/// Another way is looked for later where one of those that were measured is the farthest of all.
+void StepError::settle(const Crossings& crossings, std::size_t first, const Float8& square) {
   for (std::size_t i = 0; i < kLanes; ++i) {
     const float distance = std::sqrt(square[i]);
-    if (distance <= error) continue;
-    const float searched = search(crossings.a[first + i], crossings.b[first + i]);
-    error = std::max(error, std::min(distance, searched));
+    if (distance > error_)
+      far_.push_back({distance, crossings.a[first + i], crossings.b[first + i]});
   }
-  return error;
 }
 
-CORNICE_CLONES float StepError::settle_crossings(float error) {
+CORNICE_CLONES void StepError::settle_crossings() {
   once_.fill_up(), twice_.fill_up();
   const Float4* const places = simplifier_->places().data();
+  const float error = error_;
   VectorLanes a, b, p, q;
   Float8 square;
   for (std::size_t i = 0; i < once_.count; i += kLanes) {
     gather_vectors(fine_.data(), &once_.a[i], a), gather_vectors(fine_.data(), &once_.b[i], b);
     gather_vectors(places, &once_.p[i], p), gather_vectors(places, &once_.q[i], q);
     pass_over_segments(a, b, p, q, square);
-    if (or_of_lanes(square > error * error) != 0) error = settle(once_, i, square, error);
+    if (or_of_lanes(square > error * error) != 0) settle(once_, i, square);
   }
   for (std::size_t i = 0; i < twice_.count; i += kLanes) {
     gather_vectors(fine_.data(), &twice_.a[i], a), gather_vectors(fine_.data(), &twice_.b[i], b);
@@ -346,18 +413,38 @@ CORNICE_CLONES float StepError::settle_crossings(float error) {
     gather_vectors(places, &twice_.r[i], q);
     pass_over_segments(a, b, p, q, square);
     square = square > first ? square : first;
-    if (or_of_lanes(square > error * error) != 0) error = settle(twice_, i, square, error);
+    if (or_of_lanes(square > error * error) != 0) settle(twice_, i, square);
   }
-  return error;
 }
 
-float StepError::of(std::size_t begin, std::size_t end, float least) {
-  float error = list_edges(begin, end, least);
+void StepError::begin_part() {
+  error_ = 0;
+  far_.clear();
+}
+
+void StepError::add(std::size_t begin, std::size_t end) {
+  list_edges(begin, end);
   find_crossings();
   twice_.count = 0;
   once_.make_room(edges_.size()), twice_.make_room(edges_.size());
-  for (const auto& [a, b] : edges_) error = pass(a, b, error);
-  return settle_crossings(error);
+  const VertexLinks& links = simplifier_->links();
+  for (std::size_t i = 0; i < edges_.size(); ++i) {
+    links.prefetch(edges_[std::min(i + kEdgesAhead, edges_.size() - 1)].middle);
+    pass(edges_[i]);
+  }
+  settle_crossings();
+}
+
+/// The farthest first: where the way that is found is nearly as long, no other has to be looked at.
+float StepError::end_part() {
+  std::sort(far_.begin(), far_.end(), [](const Far& a, const Far& b) {
+    return std::tie(b.distance, a.a, a.b) < std::tie(a.distance, b.a, b.b);
+  });
+  for (const Far& far : far_) {
+    if (far.distance <= error_) break;
+    error_ = std::max(error_, std::min(far.distance, search(far.a, far.b)));
+  }
+  return error_;
 }
 
 }  // namespace cornice::hlod

@@ -30,9 +30,13 @@ class StepError {
   /// ranges that of() is asked for may have it.
   void prepare(const Simplifier& simplifier, std::span<const Float4> fine,
                std::span<const Triangle> original, std::span<const std::uint8_t> shared = {});
-  /// Bound of the two-sided distance for the original triangles [begin, end), or `least` where that
-  /// is above it: what is below is not looked for.
-  float of(std::size_t begin, std::size_t end, float least = 0);
+  /// Bound of the two-sided distance for the original triangles [begin, end).
+  float of(std::size_t begin, std::size_t end) { return begin_part(), add(begin, end), end_part(); }
+  /// The same for several ranges together, less than for each: begin_part(), add() each,
+  /// end_part().
+  void begin_part();
+  void add(std::size_t begin, std::size_t end);
+  float end_part();
 
  private:
   /// Where a fine vertex is mapped to: a coarse triangle by its corners, or thrice one vertex.
@@ -45,10 +49,11 @@ class StepError {
       return (int{corners[0] == v} | int{corners[1] == v} | int{corners[2] == v}) != 0;
     }
   };
-  /// The triangles round a vertex, filled up with the first again.
+  /// The triangles round a vertex, filled up with the first again, or with such that are none.
   struct Fan {
     std::vector<FanLanes> lanes;
     std::vector<std::uint32_t> next, prev;
+    bool is_ring = false;  ///< closed, and in one go
   };
   /// Edges of the fine surface from a to b with the coarse edges from p to q, and then from p to r,
   /// that they pass over.
@@ -60,21 +65,32 @@ class StepError {
     void make_room(std::size_t more);
     void fill_up();
   };
+  /// An edge that may be the farthest, by a way that is at hand: infinity where there is none.
+  struct Far {
+    float distance;
+    std::uint32_t a, b;
+  };
+  /// An edge and the coarse vertex round which its feet may lie.
+  struct Edge {
+    std::uint32_t a, b, middle;
+  };
   struct Ways;
   void gather(std::uint32_t vertex, Fan& fan) const;
   void foot_in(const Fan& fan, std::uint32_t middle, Vec3f point, Foot& foot) const;
+  void gather_ring(std::uint32_t vertex, const Link& link, Fan& fan) const;
   void find_all_feet();
   void find_feet(std::uint32_t parent);
+  bool is_nearest_in_plan(const Fan& fan, Vec3f point, float square) const;
   void look_round(std::uint32_t vertex);
   float border_distance(std::uint32_t vertex) const;
-  float list_edges(std::size_t begin, std::size_t end, float least);
+  void list_edges(std::size_t begin, std::size_t end);
   void find_crossings();
-  float pass(std::uint32_t a, std::uint32_t b, float error);
-  bool pass_between(std::uint32_t a, std::uint32_t b);
+  void pass(const Edge& edge);
+  bool pass_between(const Edge& edge);
   bool pass_from_point(std::uint32_t a, std::uint32_t b);
-  float pass_farther(std::uint32_t a, std::uint32_t b, float error) const;
-  float settle_crossings(float error);
-  float settle(const Crossings& crossings, std::size_t first, const Float8& square, float error);
+  void pass_farther(std::uint32_t a, std::uint32_t b);
+  void settle_crossings();
+  void settle(const Crossings& crossings, std::size_t first, const Float8& square);
   std::uint32_t across(const Triangle& triangle, std::size_t e) const;
   float go_round(std::uint32_t a, std::uint32_t b, std::uint32_t middle) const;
   float search(std::uint32_t a, std::uint32_t b) const;
@@ -90,10 +106,14 @@ class StepError {
   std::vector<std::uint8_t> within_;
   /// Lists of what became each vertex: the first, and per vertex the next of its list.
   std::vector<std::uint32_t> first_, next_;
+  std::vector<std::uint32_t> taken_;  ///< vertices that others became
   Fan fan_, farther_;
-  // Of the range that is asked for: edges that pass over one or two coarse edges, and the others.
+  // Of the part that is asked for: edges that pass over one or two coarse edges, the others, those
+  // that a way is looked for, and the largest distance so far.
   Crossings once_, twice_;
-  std::vector<std::array<std::uint32_t, 2>> edges_;
+  std::vector<Edge> edges_;
+  std::vector<Far> far_;
+  float error_ = 0;
 };
 
 }  // namespace cornice::hlod

@@ -59,27 +59,35 @@ void take_held(const Link& link, std::uint32_t count, Arc* arcs) {
 }
 
 /// Puts the held arcs of a closed fan in order. False, and nothing done, where they are anything
-/// else. Vertices that come twice lead to any arc here; the checks find that out.
+/// else. What follows each arc is found for all of them at once; vertices that come twice lead to
+/// any arc, and the checks find that out.
 CORNICE_INLINE bool close(Link& link) {
   const std::uint32_t count = link.info;
   if (count < 3 || count > kHeld) return false;
-  Int8 from;
+  Int8 from, to, next{};
   load_lanes(link.at, from);
-  from = kLaneNumbers < static_cast<std::int32_t>(count) ? from : Int8{} - 1;
-  std::uint32_t order[kHeld]{}, passed = 0, at = 0;
+  load_lanes(link.at + kHeld, to);
+  for (std::uint32_t i = 0; i < kHeld; ++i) {
+    const auto name = i < count ? static_cast<std::int32_t>(link.at[i]) : -1;
+    next |= (to == name) & static_cast<std::int32_t>(i + 1);
+  }
+  alignas(32) std::uint32_t froms[8], tos[8], follows[8], order[8];
+  store_lanes(froms, from), store_lanes(tos, to), store_lanes(follows, next);
+  store_lanes(order, Int8{} - 1);
+  std::uint32_t passed = 0, at = 0;
   bool fails = false;
   for (std::uint32_t i = 0; i < count; ++i) {
-    order[i] = link.at[at];
+    order[i] = froms[at];
     passed |= 1u << at;
-    const std::uint32_t to = link.at[kHeld + at];
-    const auto next = static_cast<std::uint32_t>(
-        or_of_lanes((from == static_cast<std::int32_t>(to)) & (kLaneNumbers + 1)));
-    if (next == 0 || next > count) return false;
-    at = next - 1;
-    fails |= (link.at[at] != to) | ((to == order[0]) != (i + 1 == count));
+    const std::uint32_t end = tos[at], following = follows[at];
+    if (following == 0 || following > count) return false;
+    at = following - 1;
+    fails |= (froms[at] != end) | ((end == froms[0]) != (i + 1 == count));
   }
   if (fails || passed != (1u << count) - 1) return false;
-  for (std::uint32_t i = 0; i < kHeld; ++i) link.at[i] = i < count ? order[i] : Link::kEmpty;
+  Int8 ordered;
+  load_lanes(order, ordered);
+  store_lanes(link.at, ordered);
   store_lanes(link.at + kHeld, Int8{} - 1);
   link.info = Link::kMark | Link::kClosed | count;
   return true;
