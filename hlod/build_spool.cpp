@@ -22,7 +22,8 @@
 namespace cornice::hlod {
 namespace {
 
-constexpr std::array<char, 8> kMark{'C', 'H', 'L', 'S', 'P', 'L', '0', '2'};
+/// At both ends, so that a file that lost its beginning is none.
+constexpr std::array<char, 8> kMark{'C', 'H', 'L', 'S', 'P', 'L', '0', '3'};
 
 struct Tail {
   std::uint64_t footer = 0, checksum = 0;
@@ -41,14 +42,14 @@ struct PartRow {
   LatticePoint lowest, highest;
   float error_m = 0, step_error_m = 0;
   std::uint32_t triangles = 0, vertices = 0, parents = 0, part = 0;
-  std::uint64_t offset = 0, bytes = 0;
+  std::uint64_t offset = 0, bytes = 0, checksum = 0;
 };
-static_assert(sizeof(PartRow) == 80 && sizeof(SpoolCell) == 56 && sizeof(CellHead) == 56);
+static_assert(sizeof(PartRow) == 88 && sizeof(SpoolCell) == 64 && sizeof(CellHead) == 56);
 
 PartRow row_of(const SpoolPart& part) {
   const Node& n = part.node;
   return {n.key,      n.lowest,  n.highest, n.error_m,   n.step_error_m, n.triangles,
-          n.vertices, n.parents, n.part,    part.offset, part.bytes};
+          n.vertices, n.parents, n.part,    part.offset, part.bytes,     part.checksum};
 }
 
 SpoolPart part_of(const PartRow& row) {
@@ -59,7 +60,7 @@ SpoolPart part_of(const PartRow& row) {
   part.node.error_m = row.error_m, part.node.step_error_m = row.step_error_m;
   part.node.triangles = row.triangles;
   part.node.vertices = row.vertices, part.node.parents = row.parents;
-  part.offset = row.offset, part.bytes = row.bytes;
+  part.offset = row.offset, part.bytes = row.bytes, part.checksum = row.checksum;
   return part;
 }
 
@@ -119,6 +120,10 @@ class Taker {
   std::span<const std::byte> bytes_;
   std::string name_;
 };
+
+std::uint64_t checksum_of(std::span<const std::byte> bytes) {
+  return XXH3_64bits(bytes.data(), bytes.size());
+}
 
 void write_at(int file, const std::string& name, std::span<const std::byte> bytes,
               std::uint64_t offset) {
@@ -188,7 +193,14 @@ void SpoolWriter::add(const BuildCell& cell) {
   record.put(cell.sharers);
   record.put(cell.normal_sums);
   record.put(cell.triangles);
-  SpoolCell entry{cell.key, cell.error_m, 0, 0, record.bytes.size(), head.triangles, head.vertices};
+  SpoolCell entry{cell.key,
+                  cell.error_m,
+                  0,
+                  0,
+                  record.bytes.size(),
+                  head.triangles,
+                  head.vertices,
+                  checksum_of(record.bytes)};
   {
     const std::lock_guard lock(state_->mutex);
     entry.offset = std::exchange(state_->end, state_->end + record.bytes.size());
@@ -198,7 +210,7 @@ void SpoolWriter::add(const BuildCell& cell) {
 }
 
 void SpoolWriter::add(const Node& node, std::span<const std::byte> block) {
-  SpoolPart entry{node, 0, block.size()};
+  SpoolPart entry{node, 0, block.size(), checksum_of(block)};
   {
     const std::lock_guard lock(state_->mutex);
     entry.offset = std::exchange(state_->end, state_->end + block.size());
@@ -222,7 +234,7 @@ void SpoolWriter::commit(const std::vector<std::uint64_t>& numbers) {
   footer.put(numbers);
   Tail tail;
   tail.footer = s.end;
-  tail.checksum = XXH3_64bits(footer.bytes.data(), footer.bytes.size());
+  tail.checksum = checksum_of(footer.bytes);
   footer.put(tail);
   write_at(s.descriptor, s.file.target().string(), footer.bytes, s.end);
   if (::close(std::exchange(s.descriptor, -1)) != 0) {
@@ -251,13 +263,15 @@ Spool::Spool(const std::filesystem::path& path) : state_(std::make_unique<State>
     if (bytes < sizeof tail) throw InputError(s.name, "is no part of a hierarchy");
     const auto raw = read_at(s.descriptor, s.name, bytes - sizeof tail, sizeof tail);
     std::memcpy(&tail, raw.data(), sizeof tail);
-    if (tail.mark != kMark || tail.footer > bytes - sizeof tail) {
+    const auto first = read_at(s.descriptor, s.name, 0, kMark.size());
+    const bool begins = std::memcmp(first.data(), kMark.data(), kMark.size()) == 0;
+    if (!begins || tail.mark != kMark || tail.footer > bytes - sizeof tail) {
       throw InputError(s.name, "is no part of a hierarchy, or of another version");
     }
     const auto footer =
         read_at(s.descriptor, s.name, tail.footer, bytes - sizeof tail - tail.footer);
     Taker taker(footer, s.name);
-    if (XXH3_64bits(footer.data(), footer.size()) != tail.checksum) taker.fail();
+    if (checksum_of(footer) != tail.checksum) taker.fail();
     std::uint64_t text = 0, cells = 0, parts = 0, numbers = 0;
     taker.take(text);
     taker.take(cells);
@@ -287,6 +301,7 @@ const std::vector<SpoolPart>& Spool::parts() const { return state_->parts; }
 BuildCell Spool::read(const SpoolCell& entry) const {
   const auto bytes = read_at(state_->descriptor, state_->name, entry.offset, entry.bytes);
   Taker taker(bytes, state_->name);
+  if (checksum_of(bytes) != entry.checksum) taker.fail();
   CellHead head;
   taker.take(head);
   BuildCell cell;
@@ -308,7 +323,9 @@ BuildCell Spool::read(const SpoolCell& entry) const {
 }
 
 std::vector<std::byte> Spool::read(const SpoolPart& part) const {
-  return read_at(state_->descriptor, state_->name, part.offset, part.bytes);
+  auto bytes = read_at(state_->descriptor, state_->name, part.offset, part.bytes);
+  if (checksum_of(bytes) != part.checksum) Taker(bytes, state_->name).fail();
+  return bytes;
 }
 
 }  // namespace cornice::hlod

@@ -22,12 +22,13 @@ struct SpoolCell {
   float error_m = 0;
   std::uint32_t unused = 0;  ///< in place of padding, whose bytes would be anything
   std::uint64_t offset = 0, bytes = 0, triangles = 0, vertices = 0;
+  std::uint64_t checksum = 0;  ///< XXH3 of the record
 };
 
 /// Where a part's block is; the node's own offset and checksum are not used.
 struct SpoolPart {
   Node node;
-  std::uint64_t offset = 0, bytes = 0;
+  std::uint64_t offset = 0, bytes = 0, checksum = 0;
 };
 
 /// Writes a spool, which appears whole. May be given records from several threads.
@@ -64,7 +65,7 @@ class Spool {
   /// In the order of their keys; of one key, in the order in which they were added.
   const std::vector<SpoolCell>& cells() const;
   const std::vector<SpoolPart>& parts() const;
-  /// Throws InputError where the record is damaged.
+  /// Throw InputError where the record is damaged: regions travel between machines.
   BuildCell read(const SpoolCell& cell) const;
   std::vector<std::byte> read(const SpoolPart& part) const;
 
