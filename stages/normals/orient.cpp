@@ -28,14 +28,29 @@ struct Estimate {
   std::uint32_t point = 0, leaf = 0;
   PlaneFit plane;
   float cosine = 0.0f;  ///< mean_cosines
-  Vec3f bent;           ///< the plane's normal as bend_normals() turns it
+  Vec3f bent;           ///< bent_normals
 };
 
-/// The normal that a point gets once its side is known, but for its sign.
+/// The normal that a point gets once its side is known, but for its sign. Sides are passed on from
+/// plane to plane: at edges of thin blades planes are the safer guide.
 struct Bent {
   std::uint32_t point;
   Vec3f normal;
 };
+
+/// By task, and so in the same order for any number of threads.
+using BentParts = std::vector<std::vector<Bent>>;
+
+void write_bent(const BentParts& parts, int threads, std::vector<Vec3f>& normals) {
+  parallel_for(parts.size(), 1, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p) {
+      for (const Bent& bent : parts[p]) {
+        Vec3f& normal = normals[bent.point];
+        normal = dot(normal, bent.normal) < 0.0f ? -bent.normal : bent.normal;
+      }
+    }
+  });
+}
 
 /// Fits planes block by block and hands out an Estimate for each point that was added.
 class Estimator {
@@ -76,16 +91,14 @@ class Estimator {
     PlaneBlock planes;
     fit_planes(block, planes);
     const std::array<float, kLanes> cosines = mean_cosines(block, planes, beams_);
-    PlaneBlock bent = planes;
-    bend_normals(block, bent);
+    const std::array<Vec3f, kLanes> bent = bent_normals(block, planes);
     for (std::size_t l = 0; l < block.lanes(); ++l) {
       if (faces && may_mix_faces(planes.plane(l))) {
         face_leaves_[faces_.lanes()] = leaves[l];
         finder_.add_face(block, l, beams_, faces_);
         if (faces_.is_full()) flush_faces(take);
       } else {
-        take(
-            Estimate{block.point(l), leaves[l], planes.plane(l), cosines[l], bent.plane(l).normal});
+        take(Estimate{block.point(l), leaves[l], planes.plane(l), cosines[l], bent[l]});
       }
     }
   }
@@ -149,49 +162,41 @@ OrientedNormals orient_normals(const PointTree& tree, const Beams& beams,
   result.quality.resize(n);
   result.settled_by.resize(n, SettledBy::kNoPlane);
   std::vector<float> evidence(n);
-  const auto settle = [&](const Estimate& found, std::vector<Bent>& later) {
+  const auto settle = [&](const Estimate& found, std::vector<Bent>& bent) {
     const PlaneFit& plane = found.plane;
     const std::uint32_t i = found.point;
     if (!plane.exists()) return;
     const float needed = options.tolerance + options.tolerance_per_lack * (1.0f - plane.quality);
+    result.normals[i] = found.cosine > 0.0f ? -plane.normal : plane.normal;
     result.quality[i] = plane.quality;
     evidence[i] = std::abs(found.cosine);
     result.settled_by[i] = evidence[i] >= needed ? SettledBy::kBeams : SettledBy::kNothing;
-    const bool in_doubt = evidence[i] < needed;
-    // Sides are passed on from plane to plane; only then is what was in doubt bent, too.
-    const Vec3f normal = in_doubt ? plane.normal : found.bent;
-    result.normals[i] = found.cosine > 0.0f ? -normal : normal;
-    if (in_doubt) later.push_back({i, found.bent});
+    if (found.bent != plane.normal) bent.push_back({i, found.bent});
   };
   const std::vector<std::uint32_t>& leaves = tree.leaves();
-  std::vector<std::vector<Bent>> bent(leaves.size() / kLeavesPerTask + 1);
+  BentParts bent(leaves.size() / kLeavesPerTask + 1);
   parallel_for(leaves.size(), kLeavesPerTask, options.threads,
                [&](std::size_t begin, std::size_t end) {
                  Estimator estimator(tree, beams, options.neighbours);
                  std::vector<Estimate> narrow;
-                 std::vector<Bent>& later = bent[begin / kLeavesPerTask];
-                 const auto settle_now = [&](const Estimate& found) { settle(found, later); };
+                 std::vector<Bent>& here = bent[begin / kLeavesPerTask];
+                 const auto settle_here = [&](const Estimate& found) { settle(found, here); };
                  const auto take = [&](const Estimate& found) {
                    if (found.plane.breadth_m < options.least_breadth_m) {
                      narrow.push_back(found);
                    } else {
-                     settle_now(found);
+                     settle_here(found);
                    }
                  };
                  for (std::size_t l = begin; l < end; ++l) estimator.add_leaf(leaves[l], take);
                  estimator.flush(take, true);
                  estimator.flush_faces(take);
-                 widen(estimator, narrow, options.least_breadth_m, settle_now);
+                 widen(estimator, narrow, options.least_breadth_m, settle_here);
                });
   check_cancelled(progress);
   progress.begin("propagation", 0);
   result.rounds = propagate(tree, evidence, options, result);
-  for (const std::vector<Bent>& part : bent) {
-    for (const Bent& of : part) {
-      Vec3f& normal = result.normals[of.point];
-      normal = dot(normal, of.normal) < 0.0f ? -of.normal : of.normal;
-    }
-  }
+  write_bent(bent, options.threads, result.normals);
   for (const SettledBy by : result.settled_by) ++result.counts[static_cast<std::size_t>(by)];
   return result;
 }
