@@ -158,6 +158,12 @@ void close_seams(std::vector<Box2d>& boxes, const std::vector<std::size_t>& orde
   boxes = std::move(settled);
 }
 
+/// Whether all of `inner` lies in `outer`, such as a few points in the overlap with a neighbour.
+bool holds_all(const Box2d& outer, const Box2d& inner) {
+  return inner.min_x >= outer.min_x && inner.max_x <= outer.max_x && inner.min_y >= outer.min_y &&
+         inner.max_y <= outer.max_y;
+}
+
 bool holds_middle(const Box2d& outer, const Box2d& inner) {
   return outer.contains(0.5 * (inner.min_x + inner.max_x), 0.5 * (inner.min_y + inner.max_y));
 }
@@ -194,6 +200,12 @@ TileBoxes lay_out(const std::vector<Footprint>& footprints, double step_m, doubl
     for (std::size_t j = 0; j < i; ++j)
       if (result.inside[j] == kNobody && holds_middle(first[j], first[i]) &&
           holds_middle(first[i], first[j]))
+        result.inside[i] = j;
+  // A border between a tile and what lies in it would cut the tile through its whole length.
+  for (std::size_t i = 0; i < order.size(); ++i)
+    for (std::size_t j = 0; j < order.size(); ++j)
+      if (i != j && result.inside[i] == kNobody && result.inside[j] == kNobody &&
+          holds_all(first[j], first[i]))
         result.inside[i] = j;
   std::erase_if(order, [&](std::size_t i) { return result.inside[i] != kNobody; });
   close_seams(result.boxes, order, step_m, seam_m);

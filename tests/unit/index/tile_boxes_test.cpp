@@ -78,6 +78,28 @@ TEST(TileBoxes, NameTheTileThatCoversTheSameGround) {
   EXPECT_EQ(result.inside.at(2), kNobody);
 }
 
+TEST(TileBoxes, LeaveATileWholeThatHoldsTheFewPointsOfAnother) {
+  const Box2d large{0, 0, 313, 341}, other{313, 0, 590, 341};
+  const std::vector<Box2d> few{{300, 20, 305, 22}, {0, 0, 3, 2}, {150, 170, 150, 170}};
+  for (const Box2d& points : few) {
+    for (const bool comes_first : {true, false}) {
+      const auto result =
+          comes_first ? boxes_of({points, large, other}) : boxes_of({large, other, points});
+      const std::size_t at = comes_first ? 0 : 2, around = comes_first ? 1 : 0;
+      EXPECT_EQ(result.inside.at(at), around);
+      EXPECT_EQ(result.inside.at(around), kNobody);
+      EXPECT_EQ(result.boxes.at(around), large);
+      EXPECT_EQ(result.boxes.at(around + 1), other);
+    }
+  }
+}
+
+TEST(TileBoxes, KeepATileOfFewPointsBesideOthers) {
+  const TileBoxes result = boxes_of({{0, 0, 313, 341}, {320, 5, 322, 6}});
+  EXPECT_EQ(result.inside.at(1), kNobody);
+  EXPECT_EQ(result.boxes.at(1), (Box2d{320, 5, 322, 6}));
+}
+
 TEST(TileBoxes, NeverOverlapWhateverTheBoundsOfARegularSurvey) {
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
     std::vector<Box2d> bounds;
