@@ -18,6 +18,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/base/write_problem.h"
 
 namespace cornice::hlod {
 namespace {
@@ -130,7 +131,7 @@ void write_at(int file, const std::string& name, std::span<const std::byte> byte
   while (!bytes.empty()) {
     const ssize_t done = ::pwrite(file, bytes.data(), bytes.size(), static_cast<off_t>(offset));
     if (done < 0 && errno == EINTR) continue;
-    if (done <= 0) throw RunError(name, std::generic_category().message(errno));
+    if (done <= 0) throw RunError(name, "cannot be written: " + write_problem(errno));
     bytes = bytes.subspan(static_cast<std::size_t>(done));
     offset += static_cast<std::uint64_t>(done);
   }
@@ -168,7 +169,7 @@ SpoolWriter::SpoolWriter(const std::filesystem::path& path, std::string text)
   state_->descriptor =
       ::open(state_->file.path().c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (state_->descriptor < 0) {
-    throw RunError(path.string(), std::generic_category().message(errno));
+    throw RunError(path.string(), "cannot be written: " + write_problem(errno));
   }
   write_at(state_->descriptor, path.string(), std::as_bytes(std::span(kMark)), 0);
   state_->end = kMark.size();
@@ -238,7 +239,7 @@ void SpoolWriter::commit(const std::vector<std::uint64_t>& numbers) {
   footer.put(tail);
   write_at(s.descriptor, s.file.target().string(), footer.bytes, s.end);
   if (::close(std::exchange(s.descriptor, -1)) != 0) {
-    throw RunError(s.file.target().string(), std::generic_category().message(errno));
+    throw RunError(s.file.target().string(), "cannot be written: " + write_problem(errno));
   }
   s.file.commit();
 }

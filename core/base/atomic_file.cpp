@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/write_problem.h"
 
 namespace cornice {
 namespace {
@@ -46,13 +47,6 @@ std::string host_key() {
     if (!plain) c = '_';
   }
   return key;
-}
-
-std::string system_message(int error) {
-  if (error == ENOSPC || error == EDQUOT) {
-    return "the disk is full; free some space or write elsewhere, then run again";
-  }
-  return std::generic_category().message(error);
 }
 
 fs::path folder_of(const fs::path& file) {
@@ -141,7 +135,7 @@ AtomicFile::AtomicFile(fs::path target) : target_(resolved(target)) {
     throw RunError(target_.string(), "exists and is no regular file; give another output name");
   }
   if (access(folder.c_str(), W_OK | X_OK) != 0) {
-    throw RunError(target_.string(), "cannot write in its folder: " + system_message(errno));
+    throw RunError(target_.string(), "cannot write in its folder: " + write_problem(errno));
   }
   partial_ = partial_name(target_);
   LivePartials& live = live_partials();
@@ -157,10 +151,10 @@ AtomicFile::~AtomicFile() {
 
 void AtomicFile::commit() {
   if (const int error = flush(partial_, O_RDONLY); error != 0) {
-    throw RunError(target_.string(), "cannot be written: " + system_message(error));
+    throw RunError(target_.string(), "cannot be written: " + write_problem(error));
   }
   if (std::rename(partial_.c_str(), target_.c_str()) != 0) {
-    throw RunError(target_.string(), "cannot be renamed to: " + system_message(errno));
+    throw RunError(target_.string(), "cannot be renamed to: " + write_problem(errno));
   }
   committed_ = true;
   forget(partial_);
@@ -171,8 +165,7 @@ void AtomicFile::commit() {
 void write_file_atomically(const fs::path& target, std::string_view contents) {
   AtomicFile file(target);
   const int descriptor = open(file.path().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (descriptor < 0)
-    throw RunError(target.string(), "cannot be created: " + system_message(errno));
+  if (descriptor < 0) throw RunError(target.string(), "cannot be created: " + write_problem(errno));
   int error = 0;
   while (!contents.empty() && error == 0) {
     const ssize_t written = write(descriptor, contents.data(), contents.size());
@@ -183,7 +176,7 @@ void write_file_atomically(const fs::path& target, std::string_view contents) {
     }
   }
   if (close(descriptor) != 0 && error == 0) error = errno;
-  if (error != 0) throw RunError(target.string(), "cannot be written: " + system_message(error));
+  if (error != 0) throw RunError(target.string(), "cannot be written: " + write_problem(error));
   file.commit();
 }
 

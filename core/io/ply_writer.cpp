@@ -13,10 +13,10 @@
 #include <limits>
 #include <set>
 #include <stdexcept>
-#include <system_error>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/base/write_problem.h"
 #include "core/io/ply.h"
 
 namespace cornice {
@@ -68,10 +68,7 @@ class OutputFile {
 
  private:
   [[noreturn]] void fail() const {
-    const bool full = errno == ENOSPC || errno == EDQUOT;
-    throw RunError(shown_as_.string(),
-                   full ? "cannot be written: the disk is full; free some space or write elsewhere"
-                        : "cannot be written: " + std::generic_category().message(errno));
+    throw RunError(shown_as_.string(), "cannot be written: " + write_problem(errno));
   }
 
   const fs::path& shown_as_;

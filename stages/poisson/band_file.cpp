@@ -5,6 +5,7 @@
 
 #include <array>
 #include <bit>
+#include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -13,6 +14,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/base/write_problem.h"
 
 namespace cornice {
 namespace {
@@ -67,7 +69,7 @@ class Input {
     std::error_code error;
     size_ = std::filesystem::file_size(path, error);
     stream_.open(path, std::ios::binary);
-    if (error || !stream_) fail("cannot be read: " + std::string(std::strerror(errno)));
+    if (error || !stream_) fail("cannot be read: " + std::generic_category().message(errno));
   }
   std::uint64_t size() const { return size_; }
   void read(void* to, std::size_t count) {
@@ -187,7 +189,7 @@ class Output {
 
  private:
   void check() const {
-    if (!stream_) throw RunError(name_, "cannot be written: " + std::string(std::strerror(errno)));
+    if (!stream_) throw RunError(name_, "cannot be written: " + write_problem(errno));
   }
   std::string name_;
   std::ofstream stream_;

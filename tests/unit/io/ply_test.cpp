@@ -315,9 +315,9 @@ TEST(PlyWriting, TellsOfAFullDiskAndLeavesNothing) {
   m.positions.resize(50000);
   const auto outcome = test::on_full_disk(folder.path(), [&] { write_ply(folder / "a.ply", m); });
   if (!outcome) GTEST_SKIP() << "this machine does not let a test mount a small disk";
-  EXPECT_EQ(*outcome,
-            (folder / "a.ply").string() +
-                ": cannot be written: the disk is full; free some space or write elsewhere");
+  EXPECT_EQ(*outcome, (folder / "a.ply").string() +
+                          ": cannot be written: the disk is full; free some space or write "
+                          "elsewhere, then run again");
 }
 
 TEST(PlyWriting, HasTheHeaderThatTheFormatPageShows) {
