@@ -102,10 +102,16 @@ std::int64_t edge_length(LatticePoint a, LatticePoint b, Partition partition) {
   return partition == Partition::kQuadtree ? plan : std::max(plan, apart(a.z, b.z));
 }
 
+/// Triangles whose vertices are on their way from memory while others are welded.
+constexpr std::size_t kAhead = 12;
+
 /// Numbers the vertices of one cell by first use and makes one of those at one position.
 class CellWelder {
  public:
-  explicit CellWelder(std::size_t triangles) { table_.reset(triangles / 2 + 8); }
+  explicit CellWelder(std::size_t triangles) {
+    table_.reset(triangles / 2 + 8);
+    vertices_.reserve(triangles / 2 + triangles / 16 + 8);
+  }
 
   std::uint32_t add(const CellVertex& vertex) {
     const auto next = static_cast<std::uint32_t>(vertices_.size());
@@ -360,9 +366,16 @@ BuildCell LeafMaker::make_piece(const Soup& soup, std::span<const CellRun> runs)
   cell.triangles.reserve(count);
   CellWelder welder(count);
   for (const CellRun& run : runs) {
-    for (Triangle t : std::span(soup.triangles).subspan(run.begin, run.length)) {
-      for (std::uint32_t& v : t) v = welder.add(soup.vertices, v);
-      cell.triangles.push_back(t);
+    const auto triangles = std::span(soup.triangles).subspan(run.begin, run.length);
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+      // Vertices of the rows of a mesh lie far apart: asked for before they are needed.
+      const Triangle& ahead = triangles[std::min(i + kAhead, triangles.size() - 1)];
+      for (const std::uint32_t v : ahead) __builtin_prefetch(&soup.vertices[v]);
+      const Triangle& t = triangles[i];
+      const std::uint32_t a = welder.add(soup.vertices, t[0]);
+      const std::uint32_t b = welder.add(soup.vertices, t[1]);
+      const std::uint32_t c = welder.add(soup.vertices, t[2]);
+      cell.triangles.push_back({a, b, c});
     }
   }
   cell.vertices = welder.take();

@@ -136,15 +136,6 @@ void read_positions(BlockReader& block, std::span<CellVertex> vertices,
   }
 }
 
-std::vector<PackedNormal> guessed_normals(std::span<const CellVertex> vertices,
-                                          std::span<const SmallTriangle> triangles, int bits) {
-  const std::vector<Vec3d> normals = summed_normals(vertices, triangles);
-  std::vector<PackedNormal> guesses(normals.size());
-  std::transform(normals.begin(), normals.end(), guesses.begin(),
-                 [&](Vec3d n) { return round_octahedral(n, bits); });
-  return guesses;
-}
-
 // ---- Parents. `like` of a parent is the child whose attributes it most likely has: the one that
 // settles it, else its first.
 
@@ -158,14 +149,34 @@ std::vector<PackedNormal> normals_of(std::span<const CellVertex> vertices,
 
 /// Parents in order of their first child, as a walk over the vertices finds them.
 struct ParentPlan {
-  std::vector<std::uint8_t> codes;  ///< one per vertex
+  // 16 bits for all: what is written as bytes could be a vector's own words.
+  std::vector<std::uint16_t> codes;  ///< one per vertex
   std::vector<std::uint16_t> far;
   std::vector<std::uint16_t> order;  ///< order[new number] = old number
   std::vector<std::uint16_t> like;
-  std::vector<std::uint8_t> is_settled;
+  std::vector<std::uint16_t> is_settled;
 };
 
-/// Nothing of a vertex can be foretold from the one before it: no branches.
+/// Codes by which reference has the same parent (3: none), plus 4 where the parent is new; then the
+/// same where the vertex settles it.
+constexpr std::array<std::uint8_t, 16> kParentCodes{kSameAs,
+                                                    kSameAs + 1,
+                                                    kSameAs + 2,
+                                                    kFarParent,  //
+                                                    kFreshElsewhere,
+                                                    kFreshElsewhere,
+                                                    kFreshElsewhere,
+                                                    kFreshElsewhere,  //
+                                                    kSameAsSettled,
+                                                    kSameAsSettled + 1,
+                                                    kSameAsSettled + 2,
+                                                    kFarParentSettled,  //
+                                                    kFresh,
+                                                    kFresh,
+                                                    kFresh,
+                                                    kFresh};
+
+/// Without branches, for nothing of a vertex can be foretold from the one before it.
 ParentPlan plan_parents(const CellMesh& mesh, std::span<const CellVertex> vertices,
                         const WalkResult& walk) {
   const std::size_t vertex_count = vertices.size(), parent_count = mesh.parents.size();
@@ -177,32 +188,30 @@ ParentPlan plan_parents(const CellMesh& mesh, std::span<const CellVertex> vertic
   plan.like.resize(parent_count + 1);
   plan.is_settled.resize(parent_count + 1, 0);
   std::vector<std::uint16_t> number(parent_count, kNoParent), parent(vertex_count);
-  std::uint32_t known = 0;
-  std::size_t far = 0;
-  for (std::size_t v = 0; v < vertex_count; ++v) {
+  std::uint32_t known = 0, far = 0;
+  for (std::uint32_t v = 0; v < vertex_count; ++v) {
     const std::uint16_t old = mesh.parent_of[walk.order[v]];
-    const bool fits = mesh.parents[old].position == coarsened(vertices[v].position);
-    const bool is_new = number[old] == kNoParent;
-    const auto id = static_cast<std::uint16_t>(is_new ? known : number[old]);
-    number[old] = id;
+    const LatticePoint at = mesh.parents[old].position, near = coarsened(vertices[v].position);
+    const unsigned fits = ((at.x ^ near.x) | (at.y ^ near.y) | (at.z ^ near.z)) == 0;
+    const unsigned is_new = number[old] == kNoParent;
+    const std::uint32_t id = number[old] ^ ((number[old] ^ known) & (0u - is_new));
+    number[old] = static_cast<std::uint16_t>(id);
     plan.order[known] = old;
     plan.like[known] = static_cast<std::uint16_t>(v);
     known += is_new;
-    const bool settles = fits & (plan.is_settled[id] == 0);
-    plan.is_settled[id] = static_cast<std::uint8_t>(plan.is_settled[id] | settles);
-    plan.like[id] = settles ? static_cast<std::uint16_t>(v) : plan.like[id];
+    const unsigned settles = fits & ~std::uint32_t{plan.is_settled[id]};
+    plan.is_settled[id] = static_cast<std::uint16_t>(plan.is_settled[id] | settles);
+    plan.like[id] =
+        static_cast<std::uint16_t>(plan.like[id] ^ ((plan.like[id] ^ v) & (0u - settles)));
     const SmallTriangle& r = walk.references[v];
     // The vertex before the first is itself, and a new parent is nobody's yet.
-    const bool a = parent[r[0]] == id, b = parent[r[1]] == id, c = parent[r[2]] == id;
-    const unsigned which = a ? 0u : b ? 1u : 2u;
-    const bool is_far = !(is_new | a | b | c);
-    parent[v] = id;
-    const unsigned same = (settles ? kSameAsSettled : kSameAs) + which;
-    const unsigned fresh = settles ? kFresh : kFreshElsewhere;
-    const unsigned named = settles ? kFarParentSettled : kFarParent;
-    plan.codes[v] = static_cast<std::uint8_t>(is_new ? fresh : is_far ? named : same);
+    const unsigned not_a = parent[r[0]] != id, not_b = parent[r[1]] != id,
+                   not_o = parent[r[2]] != id;
+    const unsigned which = not_a + (not_a & not_b) + (not_a & not_b & not_o);
+    parent[v] = static_cast<std::uint16_t>(id);
+    plan.codes[v] = kParentCodes[which | is_new << 2 | settles << 3];
     plan.far[far] = static_cast<std::uint16_t>(known - 1 - id);
-    far += is_far;
+    far += static_cast<unsigned>(which == 3) & ~is_new;
   }
   plan.far.resize(far);
   plan.order.resize(known), plan.like.resize(known), plan.is_settled.resize(known);

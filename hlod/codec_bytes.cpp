@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "hlod/codec_bytes.h"
 
+// For ZSTD_c_literalCompressionMode.
+#define ZSTD_STATIC_LINKING_ONLY
 #include <zstd.h>
 
 #include <algorithm>
@@ -14,9 +16,12 @@ namespace {
 /// are its length.
 enum StreamKind : std::uint32_t { kZeros = 0, kPlain = 1, kZstd = 2 };
 
-/// Residuals have few repeats: levels that look harder for them find none and
-/// cost their time, and short matches cost more than the bytes they stand for.
-constexpr int kLevel = 1, kLeastMatch = 7, kHashBits = 10;
+/// Residuals have few repeats but long runs of zeros: a search that looks harder finds what costs
+/// more bytes and time than it saves. So matches are long, few places are remembered, and every
+/// third byte is looked at.
+constexpr int kLevel = 1, kLeastMatch = 7, kHashBits = 6, kStep = 2;
+/// ZSTD_ps_enable, or ZSTD_lcm_huffman before zstd 1.5.1.
+constexpr int kCompressLiterals = 1;
 
 struct FreeContext {
   void operator()(ZSTD_CCtx* context) const { ZSTD_freeCCtx(context); }
@@ -30,6 +35,10 @@ ZSTD_CCtx* make_compressor() {
   ZSTD_CCtx_setParameter(context, ZSTD_c_compressionLevel, kLevel);
   ZSTD_CCtx_setParameter(context, ZSTD_c_minMatch, kLeastMatch);
   ZSTD_CCtx_setParameter(context, ZSTD_c_hashLog, kHashBits);
+  // Left to itself, zstd takes steps for a wish to leave alone what does not match.
+  const std::size_t kept =
+      ZSTD_CCtx_setParameter(context, ZSTD_c_literalCompressionMode, kCompressLiterals);
+  if (!ZSTD_isError(kept)) ZSTD_CCtx_setParameter(context, ZSTD_c_targetLength, kStep);
   return context;
 }
 

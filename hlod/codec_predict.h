@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "hlod/cell.h"
+#include "hlod/codec_fields.h"
 #include "hlod/codec_walk.h"
 
 namespace cornice::hlod {
@@ -65,26 +66,10 @@ class PositionGuess {
   std::size_t axis_;
 };
 
-/// Per vertex the sum of its triangles' normals, each as long as twice the
-/// triangle's area; sums wrap around where positions are wild.
-inline std::vector<Vec3d> summed_normals(std::span<const CellVertex> vertices,
-                                         std::span<const SmallTriangle> triangles) {
-  using Wide = Vec3<std::uint64_t>;
-  std::vector<Wide> sums(vertices.size());
-  const auto difference = [&](std::uint16_t a, std::uint16_t b) {
-    const LatticePoint p = vertices[a].position, q = vertices[b].position;
-    const auto wide = [](std::int32_t x) { return static_cast<std::uint64_t>(std::int64_t{x}); };
-    return Wide{wide(p.x) - wide(q.x), wide(p.y) - wide(q.y), wide(p.z) - wide(q.z)};
-  };
-  for (const SmallTriangle& t : triangles) {
-    const Wide normal = cross(difference(t[1], t[0]), difference(t[2], t[0]));
-    for (const std::uint16_t v : t) sums[v] += normal;
-  }
-  std::vector<Vec3d> normals(sums.size());
-  for (std::size_t v = 0; v < sums.size(); ++v) {
-    normals[v] = sums[v].cast<std::int64_t>().cast<double>();
-  }
-  return normals;
-}
+/// Per vertex the direction of the sum of its triangles' normals, each as long as twice the
+/// triangle's area, as a rounded octahedral pair of `bits` bits a component. Sums wrap around where
+/// positions are wild. At most kCellTriangleLimit triangles.
+std::vector<PackedNormal> guessed_normals(std::span<const CellVertex> vertices,
+                                          std::span<const SmallTriangle> triangles, int bits);
 
 }  // namespace cornice::hlod

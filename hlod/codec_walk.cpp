@@ -231,9 +231,9 @@ class Walker {
 
   std::span<const SmallTriangle> triangles_;
   EdgeFans fans_;
-  Front front_;                        ///< vertices by their old numbers
-  std::vector<std::uint16_t> number_;  ///< new number of each old vertex
-  std::vector<std::uint8_t> is_done_;
+  Front front_;                         ///< vertices by their old numbers
+  std::vector<std::uint16_t> number_;   ///< new number of each old vertex
+  std::vector<std::uint16_t> is_done_;  ///< bytes could be any member's own
   std::size_t left_ = triangles_.size();
   WalkResult result_;
 };

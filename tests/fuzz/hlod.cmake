@@ -4,8 +4,9 @@ if(CORNICE_BUILD_FUZZ)
   set(hlod "${PROJECT_SOURCE_DIR}/hlod")
   add_executable(
     fuzz-hlod fuzz/hlod_fuzz.cpp ${hlod}/codec.cpp ${hlod}/codec_bytes.cpp ${hlod}/codec_fields.cpp
-              ${hlod}/codec_walk.cpp ${hlod}/file.cpp ${hlod}/file_head.cpp ${hlod}/file_nodes.cpp
-              ${hlod}/morph.cpp ${hlod}/select.cpp ${hlod}/select_tree.cpp)
+              ${hlod}/codec_predict.cpp ${hlod}/codec_walk.cpp ${hlod}/file.cpp ${hlod}/file_head.cpp
+              ${hlod}/file_nodes.cpp ${hlod}/morph.cpp ${hlod}/select.cpp
+              ${hlod}/select_tree.cpp)
   cornice_configure(fuzz-hlod)
   target_compile_options(fuzz-hlod PRIVATE -g -fsanitize=fuzzer,address,undefined
                                            -fno-sanitize-recover=all -UNDEBUG)

@@ -7,6 +7,7 @@
 #include "core/base/error.h"
 #include "core/base/random.h"
 #include "hlod/codec_bytes.h"
+#include "hlod/codec_predict.h"
 #include "hlod/file.h"
 #include "hlod/octahedral.h"
 #include "hlod/octahedral_lanes.h"
@@ -175,6 +176,69 @@ TEST(CellCodec, GivesBackPositionsAtTheEdgeOfTheLattice) {
   }
   cell.triangles = {{0, 1, 2}, {2, 1, 3}, {0, 2, 3}, {0, 3, 1}};
   EXPECT_TRUE(same_mesh(there_and_back(cell, header), cell));
+}
+
+/// As docs/formats/hlod.md has it: whole numbers of 64 bits that wrap around.
+std::vector<PackedNormal> guesses_in_whole_numbers(const std::vector<CellVertex>& vertices,
+                                                   const std::vector<SmallTriangle>& triangles,
+                                                   int bits) {
+  std::vector<std::array<std::uint64_t, 3>> sums(vertices.size());
+  for (const SmallTriangle& t : triangles) {
+    const auto edge = [&](std::size_t corner) {
+      const LatticePoint p = vertices[t[corner]].position, a = vertices[t[0]].position;
+      return std::array{std::int64_t{p.x} - a.x, std::int64_t{p.y} - a.y, std::int64_t{p.z} - a.z};
+    };
+    const auto u = edge(1), v = edge(2);
+    const auto times = [](std::int64_t p, std::int64_t q) {
+      return static_cast<std::uint64_t>(p) * static_cast<std::uint64_t>(q);
+    };
+    for (const std::uint16_t corner : t) {
+      sums[corner][0] += times(u[1], v[2]) - times(u[2], v[1]);
+      sums[corner][1] += times(u[2], v[0]) - times(u[0], v[2]);
+      sums[corner][2] += times(u[0], v[1]) - times(u[1], v[0]);
+    }
+  }
+  std::vector<PackedNormal> guesses;
+  for (const auto& sum : sums) {
+    const auto number = [](std::uint64_t word) {
+      return static_cast<double>(static_cast<std::int64_t>(word));
+    };
+    guesses.push_back(round_octahedral({number(sum[0]), number(sum[1]), number(sum[2])}, bits));
+  }
+  return guesses;
+}
+
+TEST(GuessedNormals, AreThoseOfWholeNumbersHoweverFarApartVerticesLie) {
+  // Up to 2^17 apart sums fit into doubles; beyond 2^31 products of differences wrap around.
+  const std::array<std::int32_t, 6> extents{50, 1 << 16, 1 << 17, (1 << 17) + 1, 1 << 24, 1 << 30};
+  for (const std::int32_t extent : extents) {
+    CounterRandom random(7, 0, static_cast<std::uint64_t>(extent));
+    const auto coordinate = [&] {
+      // Often at the ends, for the longest sums.
+      const double share = random.uniform();
+      if (share < 0.25) return -extent / 2;
+      if (share > 0.75) return extent - extent / 2;
+      return static_cast<std::int32_t>((2.0 * share - 1.0) * (extent / 2));
+    };
+    std::vector<CellVertex> vertices(300);
+    for (CellVertex& v : vertices) {
+      v.position = {coordinate(), coordinate(), coordinate()};
+      v.normal = {static_cast<std::int16_t>(coordinate()), static_cast<std::int16_t>(coordinate())};
+    }
+    std::vector<SmallTriangle> triangles(40'000);
+    // One vertex of all of them, and the largest triangle over and over.
+    const auto any = [&] { return static_cast<std::uint16_t>(300.0 * random.uniform()); };
+    for (SmallTriangle& t : triangles) t = {0, any(), any()};
+    vertices[1].position = {-extent / 2, -extent / 2, -extent / 2};
+    vertices[2].position = {extent - extent / 2, -extent / 2, -extent / 2};
+    vertices[3].position = {-extent / 2, extent - extent / 2, extent - extent / 2};
+    triangles.insert(triangles.end(), 200'000, {1, 2, 3});
+    for (const int bits : {8, 10}) {
+      EXPECT_EQ(guessed_normals(vertices, triangles, bits),
+                guesses_in_whole_numbers(vertices, triangles, bits))
+          << "extent " << extent;
+    }
+  }
 }
 
 TEST(CellCodec, GivesBackAsManyVerticesAsSixteenBitsIndex) {
