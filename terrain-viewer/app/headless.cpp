@@ -74,7 +74,8 @@ class Studio {
     resolve(target_, resolved_);
     if (overlay_)
       overlay_->draw(resolved_, [&] {
-        draw_legends(session_.style(), session_.cover() == Cover::kDifference, size_.width);
+        draw_legends(session_.style(), session_.cover() == Cover::kDifference,
+                     session_.level_count(), size_.width);
       });
     Picture picture = read_picture(resolved_);
     select_ms_.push_back(counts.select_ms);
@@ -106,6 +107,8 @@ class Studio {
     report.count("bytes read", read);
     for (const Drape* drape : {session_.photo(), session_.difference()})
       if (drape != nullptr && !drape->advice().empty()) report.warn(drape->advice());
+    if (const std::string missing = session_.missing_values(); !missing.empty())
+      report.warn(missing);
     if (unsettled_ > 0)
       report.warn(std::to_string(unsettled_) +
                   " pictures are coarser than asked: a larger --gpu-memory-mib or --cache-mib lets "

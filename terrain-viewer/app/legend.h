@@ -2,6 +2,8 @@
 // What the colours of a picture mean, drawn over it (Dear ImGui).
 #pragma once
 
+#include <optional>
+
 #include "terrain-viewer/scene/camera.h"
 #include "terrain-viewer/scene/ramp.h"
 #include "terrain-viewer/scene/style.h"
@@ -12,9 +14,13 @@ namespace cornice::viewer {
 /// Below `top`, its right edge at `right`; returns where the next legend may begin. Pixels.
 float draw_legend(const Ramp& ramp, float right, float top);
 
+/// What explains the colours of a shading: its ramp, or classes for levels and counts; nothing
+/// where colours speak for themselves. levels: how many the scene has.
+std::optional<Ramp> legend_of(const Style& style, int levels);
+
 /// A legend for each ramp that is in use, at the upper right. has_difference: a difference map
 /// lies over the ground.
-void draw_legends(const Style& style, bool has_difference, int width);
+void draw_legends(const Style& style, bool has_difference, int levels, int width);
 
 /// Edges of what lies in the lower left corner, pixels.
 struct Taken {

@@ -4,6 +4,8 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "terrain-viewer/app/go_to.h"
 #include "terrain-viewer/app/legend.h"
@@ -16,6 +18,7 @@ constexpr ImGuiWindowFlags kPlain = ImGuiWindowFlags_NoDecoration | ImGuiWindowF
                                     ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav;
 /// Of the scale bar while the cursor is over the sky.
 constexpr double kUnknownDepthM = 1000.0;
+constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 /// What lies over the ground's own colours.
 void draw_cover(Session& session) {
@@ -74,6 +77,48 @@ Taken draw_read_out(const PanelState& state, const Camera& camera, int width, in
   return {corner.x + size.x, corner.y};
 }
 
+void draw_light(Session& session) {
+  if (!ImGui::TreeNode("Light")) return;
+  Light light = session.light();
+  const auto slider = [](const char* name, double& value, float low, float high, const char* text) {
+    auto number = static_cast<float>(value);
+    if (!ImGui::SliderFloat(name, &number, low, high, text)) return false;
+    value = number;
+    return true;
+  };
+  bool changes = false;
+  if (session.place()) changes |= ImGui::Checkbox("of a time, UTC", &light.is_of_time);
+  if (light.is_of_time && session.place()) {
+    changes |= ImGui::SliderInt("month", &light.month, 1, 12);
+    changes |= ImGui::SliderInt("day", &light.day, 1, 31);
+    changes |= slider("hour", light.hour, 0.0f, 23.98f, "%.2f");
+  } else {
+    changes |= slider("azimuth", light.azimuth_deg, 0.0f, 360.0f, "%.0f deg");
+    changes |= slider("elevation", light.elevation_deg, 0.0f, 90.0f, "%.0f deg");
+  }
+  if (changes) session.set_light(light);
+  const Vec3d sun = normalized(session.style().sun);
+  ImGui::TextDisabled("sun at %.0f deg, %.0f deg high",
+                      std::fmod(std::atan2(sun.x, sun.y) * kDegrees + 360.0, 360.0),
+                      std::asin(sun.z) * kDegrees);
+  ImGui::TreePop();
+}
+
+void draw_bookmarks(PanelState& state, PanelResult& result) {
+  if (state.bookmarks.empty() || !ImGui::TreeNode("Bookmarks")) return;
+  for (std::size_t i = 0; i < state.bookmarks.size(); ++i) {
+    ImGui::PushID(static_cast<int>(i));
+    const bool drops = ImGui::SmallButton("x");
+    ImGui::SameLine();
+    if (ImGui::Selectable(state.bookmarks[i].name.c_str())) result.go = state.bookmarks[i].camera;
+    ImGui::PopID();
+    if (!drops) continue;
+    state.bookmarks.erase(state.bookmarks.begin() + static_cast<std::ptrdiff_t>(i));
+    break;
+  }
+  ImGui::TreePop();
+}
+
 /// One picture or two of the same view.
 void draw_split(PanelState& state, const Session& session) {
   if (!session.can_split()) return;
@@ -120,6 +165,8 @@ void draw_layers(PanelState& state, Session& session, PanelResult& result) {
   if (ImGui::Combo("shading", &shading, kShadingNames.data(),
                    static_cast<int>(kShadingNames.size())))
     style.shading = static_cast<Shading>(shading);
+  if (const std::string missing = session.missing_values(); !missing.empty())
+    ImGui::TextWrapped("%s", missing.c_str());
   auto contours = static_cast<float>(style.contour_interval_m);
   if (ImGui::SliderFloat("contours", &contours, 0.0f, 100.0f, "%.0f m"))
     style.contour_interval_m = contours;
@@ -133,11 +180,9 @@ void draw_layers(PanelState& state, Session& session, PanelResult& result) {
                          frame_ms > 0.0f ? "at most %.0f ms" : "no limit"))
     session.frame_ms() = frame_ms;
   ImGui::Checkbox("freeze what is chosen", &session.is_frozen());
-  if (!state.bookmarks.empty() && ImGui::TreeNode("Bookmarks")) {
-    for (const Bookmark& bookmark : state.bookmarks)
-      if (ImGui::Selectable(bookmark.name.c_str())) result.go = bookmark.camera;
-    ImGui::TreePop();
-  }
+  ImGui::SliderInt("picture", &state.picture_scale, 1, 4, "F12: window x %d");
+  draw_light(session);
+  draw_bookmarks(state, result);
   if (!state.recent.empty() && ImGui::TreeNode("Recent files")) {
     for (const std::filesystem::path& file : state.recent)
       if (ImGui::Selectable(file.c_str())) result.open = file;
@@ -162,13 +207,16 @@ void draw_frames(PanelState& state, Session& session, const FrameCounts& counts)
   if (counts.overdraw > 0.0) ImGui::Text("each pixel drawn %.2f times", counts.overdraw);
   ImGui::Text("%.2f M triangles, %u cells, %u calls", double(counts.triangles) * 1e-6, counts.cells,
               counts.calls);
-  ImGui::Text(
-      "GPU %.0f of %.0f MiB, %.1f kB uploaded", double(session.cells().used_bytes()) / 1048576.0,
-      double(session.cells().capacity_bytes()) / 1048576.0, double(counts.uploaded_bytes) / 1024.0);
+  ImGui::Text("GPU %.0f of %.0f MiB, %.1f MB/s uploaded",
+              double(session.cells().used_bytes()) / 1048576.0,
+              double(session.cells().capacity_bytes()) / 1048576.0, state.uploads.mb_per_s());
+  ImGui::Text("disk %.1f MB/s", state.reads.mb_per_s());
   for (const auto& layer : session.layers()) {
     const LayerCounts& c = layer->counts();
-    ImGui::Text("%s: %u loaded, %u missing, %.1f MiB read", layer->name().c_str(), c.cells_loaded,
-                c.cells_missing, double(c.store.bytes_read) / 1048576.0);
+    ImGui::Text("%s: %u drawn, %u loaded, %u missing, %u waiting, %.1f MiB read",
+                layer->name().c_str(), c.cells, c.cells_loaded, c.cells_missing,
+                static_cast<unsigned>(c.store.cells_waiting),
+                double(c.store.bytes_read) / 1048576.0);
   }
   if (session.cover() != Cover::kNone)
     ImGui::Text("raster: %zu tiles needed, %zu missing, %.0f MiB", counts.drape.tiles_needed,
@@ -212,12 +260,13 @@ void draw_place_box(PanelState& state, Session& session, const Camera& camera, i
   ImGui::SetNextWindowPos({0.5f * float(width), 80.0f}, ImGuiCond_Always, {0.5f, 0.0f});
   ImGui::Begin("Go to", &state.asks_place, ImGuiWindowFlags_AlwaysAutoResize);
   ImGui::TextUnformatted("easting northing [height], or latitude longitude");
-  if (ImGui::IsWindowAppearing()) ImGui::SetKeyboardFocusHere();
+  if (ImGui::IsWindowAppearing() || !state.message_of_place.empty()) ImGui::SetKeyboardFocusHere();
+  state.message_of_place.clear();
   if (ImGui::InputText("##place", state.place.data(), state.place.size(),
                        ImGuiInputTextFlags_EnterReturnsTrue)) {
     const PlaceFound found =
         find_place(state.place.data(), session.layers().front()->file().header().crs_text);
-    state.message = found.problem;
+    state.message = state.message_of_place = found.problem;
     state.asks_place = !found.place;
     if (found.place)
       result.go = camera_over(found, camera, ground, box_of(session.layers()).highest.z);
@@ -231,7 +280,8 @@ PanelResult draw_panels(PanelState& state, Session& session, const Camera& camer
                         int height, const std::optional<UnderCursor>& under,
                         const FrameCounts& counts, const Ground& ground) {
   PanelResult result;
-  draw_legends(session.style(), session.cover() == Cover::kDifference, width);
+  draw_legends(session.style(), session.cover() == Cover::kDifference, session.level_count(),
+               width);
   const Taken taken = draw_read_out(state, camera, width, height, under);
   const double depth =
       under ? dot(under->point - camera.eye, axes_of(camera).forward) : kUnknownDepthM;

@@ -15,6 +15,22 @@
 
 namespace cornice::viewer {
 
+/// Bytes a second, over the last second.
+class Rate {
+ public:
+  void add(double bytes, double seconds) {
+    bytes_ += bytes;
+    seconds_ += seconds;
+    if (seconds_ < 1.0) return;
+    mb_per_s_ = bytes_ / seconds_ * 1e-6;
+    bytes_ = seconds_ = 0.0;
+  }
+  double mb_per_s() const { return mb_per_s_; }
+
+ private:
+  double bytes_ = 0.0, seconds_ = 0.0, mb_per_s_ = 0.0;
+};
+
 /// Shown panels and what they are about.
 struct PanelState {
   bool shows_help = false, shows_frames = false, shows_layers = true;
@@ -24,6 +40,9 @@ struct PanelState {
   double swipe = 0.5;                         ///< share of the width
   std::vector<std::filesystem::path> recent;  ///< files opened lately
   std::string message;                        ///< last line of the log
+  std::string message_of_place;               ///< why the place asked for is none
+  Rate uploads, reads;
+  int picture_scale = 1;  ///< of F12's pictures: times the window's width and height
   double speed_ms = 0.0;
   bool walks = false;
   std::vector<Bookmark> bookmarks;

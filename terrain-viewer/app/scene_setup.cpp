@@ -2,7 +2,9 @@
 #include "terrain-viewer/app/scene_setup.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 
 #include "core/base/error.h"
@@ -21,20 +23,6 @@ constexpr double kNorthWestDeg = 315.0;
 double line_height(double alpine_m, double latitude_deg) {
   const double towards_pole = std::clamp((70.0 - std::abs(latitude_deg)) / (70.0 - 46.5), 0.0, 1.6);
   return alpine_m * towards_pole;
-}
-
-Vec3d sun_of(const Options& options, const std::optional<GlobePosition>& place) {
-  if (options.time.empty())
-    return sun_direction(options.sun_azimuth_deg.value_or(kNorthWestDeg),
-                         options.sun_elevation_deg);
-  if (!place)
-    throw UsageError("--time",
-                     "needs files with a reference system; give --sun-azimuth-deg and "
-                     "--sun-elevation-deg");
-  const auto sun = sun_at(options.time, place->latitude_deg, place->longitude_deg);
-  if (!sun)
-    throw UsageError("--time", "is \"" + options.time + "\"; accepted: 2026-06-21T10:00:00Z, UTC");
-  return sun_direction(sun->azimuth_deg - place->convergence_deg, sun->elevation_deg);
 }
 
 }  // namespace
@@ -82,15 +70,52 @@ SceneBox box_of(const Layers& layers) {
   return box;
 }
 
+Light light_of(const Options& options) {
+  Light light;
+  light.azimuth_deg = options.sun_azimuth_deg.value_or(kNorthWestDeg);
+  light.elevation_deg = options.sun_elevation_deg;
+  if (options.time.empty()) return light;
+  int hour = 0, minute = 0;
+  double second = 0.0;
+  if (!sun_at(options.time, 0.0, 0.0) ||
+      std::sscanf(options.time.c_str(), "%4d-%2d-%2dT%2d:%2d:%lf", &light.year, &light.month,
+                  &light.day, &hour, &minute, &second) != 6)
+    throw UsageError("--time", "is \"" + options.time + "\"; accepted: 2026-06-21T10:00:00Z, UTC");
+  light.hour = hour + minute / 60.0 + second / 3600.0;
+  light.is_of_time = true;
+  return light;
+}
+
+std::optional<GlobePosition> place_of(const Layers& layers) {
+  const std::string& text = layers.front()->file().header().crs_text;
+  if (text.empty()) return std::nullopt;
+  const SceneBox box = box_of(layers);
+  return Globe(crs_from_text(text)).at(0.5 * (box.lowest + box.highest));
+}
+
+Vec3d towards_sun(const Light& light, const std::optional<GlobePosition>& place) {
+  if (!light.is_of_time || !place) return sun_direction(light.azimuth_deg, light.elevation_deg);
+  const auto seconds = std::clamp(std::lround(light.hour * 3600.0), 0L, 86399L);
+  std::array<char, 80> time{};
+  std::snprintf(time.data(), time.size(), "%04d-%02d-%02dT%02ld:%02ld:%02ldZ", light.year,
+                light.month, light.day, seconds / 3600, seconds / 60 % 60, seconds % 60);
+  const auto sun = sun_at(time.data(), place->latitude_deg, place->longitude_deg);
+  if (!sun) return sun_direction(light.azimuth_deg, light.elevation_deg);
+  return sun_direction(sun->azimuth_deg - place->convergence_deg, sun->elevation_deg);
+}
+
 Style style_for(const Options& options, const Layers& layers) {
   const SceneBox box = box_of(layers);
-  std::optional<GlobePosition> place;
-  if (const std::string& text = layers.front()->file().header().crs_text; !text.empty())
-    place = Globe(crs_from_text(text)).at(0.5 * (box.lowest + box.highest));
+  const std::optional<GlobePosition> place = place_of(layers);
+  const Light light = light_of(options);
+  if (light.is_of_time && !place)
+    throw UsageError("--time",
+                     "needs files with a reference system; give --sun-azimuth-deg and "
+                     "--sun-elevation-deg");
   const double latitude = place ? place->latitude_deg : 46.5;
   Style style;
   style.shading = options.shading;
-  style.sun = sun_of(options, place);
+  style.sun = towards_sun(light, place);
   style.contour_interval_m = options.contour_interval_m;
   style.snow_line_m = options.snow_line_m.value_or(line_height(2900.0, latitude));
   style.tree_line_m = options.tree_line_m.value_or(line_height(2000.0, latitude));

@@ -9,6 +9,29 @@ namespace {
 
 constexpr Colour kBlack{0, 0, 0};
 
+/// What a hierarchy must hold for a shading, and its name.
+struct Needed {
+  std::uint32_t bits = 0;
+  const char* name = "";
+};
+
+Needed needed_by(Shading shading) {
+  switch (shading) {
+    case Shading::kSupport:
+      return {hlod::kHasSupport, "distances to measured points"};
+    case Shading::kSource:
+      return {hlod::kHasSource, "sources"};
+    case Shading::kColour:
+      return {hlod::kHasColour, "colours"};
+    default:
+      return {};
+  }
+}
+
+bool has(const Layer& layer, Needed needed) {
+  return (layer.file().header().attributes & needed.bits) == needed.bits;
+}
+
 }  // namespace
 
 Session::Session(const Options& options)
@@ -16,10 +39,17 @@ Session::Session(const Options& options)
       cells_(static_cast<std::uint64_t>(options.gpu_memory_mib * 1048576.0)),
       layers_(open_layers(options, cells_)),
       looks_(layers_.size()),
-      style_(style_for(options, layers_)) {
+      style_(style_for(options, layers_)),
+      place_(place_of(layers_)),
+      light_(light_of(options)) {
   if (!options.difference.empty()) add_drape({options.difference}, RasterKind::kValues);
   if (!options.orthophoto.empty()) add_drape(options.orthophoto, RasterKind::kPhoto);
   if (!options.difference.empty()) cover_ = Cover::kDifference;
+}
+
+void Session::set_light(const Light& light) {
+  light_ = light;
+  style_.sun = towards_sun(light_, place_);
 }
 
 void Session::add_layer(const std::filesystem::path& file) {
@@ -112,6 +142,8 @@ void Session::draw_part(Part part, const Split& split, FrameCounts& counts) {
     if (part != Part::kWhole && has_two && (i == last) != (part == Part::kSecond)) continue;
     Style style = style_;
     style.opacity = looks_[i].opacity;
+    // Values that are not there would all be drawn as 0, black colours for instance.
+    if (!has(*layers_[i], needed_by(style.shading))) style.shading = Shading::kPlain;
     const DrawCounts drawn = renderer_.draw(layers_[i]->list(), cells_, style, swipe);
     counts.triangles += drawn.triangles;
     counts.cells += drawn.cells;
@@ -172,6 +204,21 @@ FrameCounts Session::draw(GLuint framebuffer, int width, int height, const Camer
   timer_.end();
   heed_budget(milliseconds(), seconds, counts);
   return counts;
+}
+
+int Session::level_count() const {
+  std::size_t most = 0;
+  for (const auto& layer : layers_) most = std::max(most, layer->file().levels().size());
+  return static_cast<int>(most);
+}
+
+std::string Session::missing_values() const {
+  const Needed needed = needed_by(style_.shading);
+  std::string names;
+  for (std::size_t i = 0; i < layers_.size(); ++i)
+    if (looks_[i].is_visible && !has(*layers_[i], needed))
+      names += (names.empty() ? "" : ", ") + layers_[i]->name();
+  return names.empty() ? "" : names + " without " + needed.name + ": drawn plain";
 }
 
 std::vector<std::string> Session::take_failures() {

@@ -65,6 +65,10 @@ class Session {
   Layers& layers() { return layers_; }
   std::vector<LayerLook>& looks() { return looks_; }
   Style& style() { return style_; }
+  const Light& light() const { return light_; }
+  void set_light(const Light& light);
+  /// Where the scene is on the globe; nothing without a reference system.
+  const std::optional<GlobePosition>& place() const { return place_; }
   const GpuCells& cells() const { return cells_; }
   double& error_pixels() { return options_.error_pixels; }
   /// Milliseconds that a frame may take; 0: no target.
@@ -119,6 +123,8 @@ class Session {
   Layers layers_;
   std::vector<LayerLook> looks_;
   Style style_;
+  std::optional<GlobePosition> place_;
+  Light light_;
   std::unique_ptr<Drape> photo_, difference_;
   Cover cover_ = Cover::kNone;
   GpuTimer timer_;

@@ -219,6 +219,7 @@ class WindowApp {
     glBlitNamedFramebuffer(canvas_->shown.framebuffer(), 0, 0, 0, width_, height_, 0, 0, width_,
                            height_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
     panels_.speed_ms = controls_.speed_ms;
+    tell_rates(counts, seconds);
     panels_.walks = controls_.walks;
     const PanelResult result =
         draw_panels(panels_, session_, camera_, width_, height_, under_cursor(), counts,
@@ -232,6 +233,14 @@ class WindowApp {
     ImGui::Render();
     glDisable(GL_DEPTH_TEST);
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+  }
+
+  void tell_rates(const FrameCounts& counts, double seconds) {
+    std::uint64_t read = 0;
+    for (const auto& layer : session_.layers()) read += layer->counts().store.bytes_read;
+    panels_.uploads.add(double(counts.uploaded_bytes), seconds);
+    panels_.reads.add(double(read - read_before_), seconds);
+    read_before_ = read;
   }
 
   /// The ground seen in a pixel of the frame drawn last; nothing for sky.
@@ -391,14 +400,20 @@ class WindowApp {
     if (key == GLFW_KEY_C) style.contour_interval_m = style.contour_interval_m > 0.0 ? 0.0 : 20.0;
     if (key == GLFW_KEY_X) style.has_edges = !style.has_edges;
     if (key == GLFW_KEY_O) next_cover();
-    if (key == GLFW_KEY_V)
-      panels_.split = static_cast<Split::Kind>((static_cast<int>(panels_.split) + 1) % 3);
+    if (key == GLFW_KEY_V) next_split();
     if (key == GLFW_KEY_K) session_.is_frozen() = !session_.is_frozen();
     auto& looks = session_.looks();
     if (const int i = key - GLFW_KEY_1; i >= 0 && i < std::min(9, static_cast<int>(looks.size())))
       looks[static_cast<std::size_t>(i)].is_visible =
           !looks[static_cast<std::size_t>(i)].is_visible;
     if (key == GLFW_KEY_TAB) session_.blink();
+  }
+
+  void next_split() {
+    if (session_.can_split())
+      panels_.split = static_cast<Split::Kind>((static_cast<int>(panels_.split) + 1) % 3);
+    else
+      panels_.message = "two pictures need two visible layers, or a raster over one";
   }
 
   void next_cover() {
@@ -463,11 +478,25 @@ class WindowApp {
     path_.clear();
   }
 
+  /// The view at several times the window's size, with all that it needs at that size.
+  Picture large_picture(int scale) {
+    constexpr int kMost = 16384;
+    scale = std::clamp(kMost / std::max(width_, height_), 1, scale);
+    const Canvas canvas(scale * width_, scale * height_, options_.samples);
+    Split split{panels_.split, panels_.swipe * canvas.drawn.width()};
+    if (!session_.can_split()) split = {};
+    session_.draw(canvas.drawn.framebuffer(), canvas.drawn.width(), canvas.drawn.height(),
+                  drawn_camera_, 0.0, {}, split);
+    resolve(canvas.drawn, canvas.shown);
+    return read_picture(canvas.shown);
+  }
+
   void save_picture() {
     wants_picture_ = false;
     const std::string name = "cornice-" + stamp();
     try {
-      write_picture(name + ".png", read_picture(canvas_->shown));
+      write_picture(name + ".png", panels_.picture_scale > 1 ? large_picture(panels_.picture_scale)
+                                                             : read_picture(canvas_->shown));
       write_camera(name + ".json", drawn_camera_);
       panels_.message = "picture written: " + name + ".png";
     } catch (const Error& error) {
@@ -538,6 +567,7 @@ class WindowApp {
   GLFWcursorposfun move_of_imgui_ = nullptr;
   std::vector<KeyPress> presses_;  ///< of this frame
   std::uint64_t frames_ = 0;
+  std::uint64_t read_before_ = 0;  ///< bytes from the disk before this frame
 };
 
 }  // namespace

@@ -41,7 +41,7 @@ Ramp slope_ramp() {
            {40.0, {220, 60, 50}},
            {45.0, {150, 60, 150}},
            {60.0, {80, 50, 120}},
-           {90.0, {20, 20, 20}},
+           {90.0, {20, 20, 20}, "overhang"},
            {91.0, {20, 20, 20}}},
           true};
 }
@@ -96,18 +96,17 @@ Ramp difference_ramp(double high_m) {
 }
 
 Ramp source_ramp() {
-  return {
-      "Source: 0 measured, 1 bridged, 2 elevation model",
-      "",
-      {{0.0, {235, 235, 228}}, {1.0, {240, 160, 60}}, {2.0, {90, 130, 200}}, {3.0, {90, 130, 200}}},
-      true};
+  return {"Source",
+          "",
+          {{0.0, {235, 235, 228}, "measured"},
+           {1.0, {240, 160, 60}, "bridged"},
+           {2.0, {90, 130, 200}, "elevation model"},
+           {3.0, {90, 130, 200}}},
+          true};
 }
 
 Ramp morph_ramp() {
-  return {"Morph: 0 parent, 1 vertex itself",
-          "",
-          {{0.0, {60, 60, 150}}, {1.0, {250, 235, 160}}},
-          false};
+  return {"Morph: 0 parent, 1 itself", "", {{0.0, {60, 60, 150}}, {1.0, {250, 235, 160}}}, false};
 }
 
 Colour level_colour(int level) {

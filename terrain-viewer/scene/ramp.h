@@ -16,6 +16,7 @@ struct Ramp {
   struct Stop {
     double value = 0.0;
     Colour colour{};
+    std::string label = {};  ///< of a class, in place of its value; may be empty
   };
   std::string title;        ///< "Slope"
   std::string unit;         ///< "degrees", or empty

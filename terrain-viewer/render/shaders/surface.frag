@@ -62,7 +62,7 @@ vec3 surface_colour(vec3 n, float height) {
     case kLevel: case kCell: return level_colour;
     case kMorph: return along_ramp(attributes.z);
     case kNormal: return 0.5 + 0.5 * n;
-    default: return vec3(0.55, 0.54, 0.51);
+    default: return vec3(0.30, 0.29, 0.275);
   }
 }
 

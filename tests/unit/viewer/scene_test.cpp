@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "core/base/error.h"
+#include "terrain-viewer/app/scene_setup.h"
 #include "terrain-viewer/scene/ramp.h"
 #include "terrain-viewer/scene/sun.h"
 
@@ -31,6 +33,36 @@ TEST(Sun, TakesNoTextForATimeThatIsNone) {
   for (const char* text : {"", "noon", "2026-06-21", "2026-13-01T00:00:00Z", "2026-06-21T12:00:00",
                            "2026-06-21T25:00:00Z", "2026-06-21T12:00:00Zz"})
     EXPECT_FALSE(sun_at(text, 46.0, 8.0)) << text;
+}
+
+TEST(Light, OfATimeIsTheSunsOverThePlaceByGridNorth) {
+  Options options;
+  options.time = "2026-06-21T12:02:00Z";
+  const Light light = light_of(options);
+  EXPECT_TRUE(light.is_of_time);
+  EXPECT_EQ(light.month, 6);
+  EXPECT_EQ(light.day, 21);
+  // Grid north two degrees east of true north: the sun is seen two degrees to the left.
+  const Vec3d sun = towards_sun(light, GlobePosition{51.4779, 0.0, 2.0});
+  EXPECT_NEAR(std::asin(sun.z) * 57.29577951, 61.96, 0.05);
+  EXPECT_NEAR(std::atan2(sun.x, sun.y) * 57.29577951, 178.0, 1.0);
+  Light later = light;
+  later.hour += 1.0;
+  EXPECT_LT(towards_sun(later, GlobePosition{51.4779, 0.0, 2.0}).x, sun.x) << "goes west";
+}
+
+TEST(Light, IsAsToldWithoutATimeOrAPlace) {
+  Options options;
+  options.sun_azimuth_deg = 90.0;
+  options.sun_elevation_deg = 30.0;
+  const Vec3d east = towards_sun(light_of(options), GlobePosition{46.0, 8.0, 0.0});
+  EXPECT_NEAR(east.x, std::cos(30.0 / 57.29577951), 1e-6);
+  EXPECT_NEAR(east.z, 0.5, 1e-6);
+  options.time = "2026-12-21T08:00:00Z";
+  const Vec3d nowhere = towards_sun(light_of(options), std::nullopt);
+  EXPECT_NEAR(norm(nowhere - east), 0.0, 1e-9);
+  options.time = "noon";
+  EXPECT_THROW(light_of(options), UsageError);
 }
 
 TEST(Ramp, HasItsColoursAtItsStopsAndBetweenThem) {

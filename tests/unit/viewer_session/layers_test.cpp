@@ -37,6 +37,22 @@ TEST_F(Layered, TheFirstCountsWhereTwoAreAtTheSamePlaceAndTheNearerElsewhere) {
   EXPECT_TRUE(is_red(desk.middle()));
 }
 
+TEST_F(Layered, AreDrawnPlainAndNamedWhereTheyLackWhatTheShadingPaints) {
+  Desk desk({folder_ / "red.hlod", folder_ / "blue.hlod"});
+  Session& session = desk.session();
+  for (const Shading shading : {Shading::kColour, Shading::kSupport, Shading::kSlope}) {
+    session.style().shading = shading;
+    EXPECT_EQ(session.missing_values(), "");
+  }
+  session.style().shading = Shading::kPlain;
+  const Colour plain = desk.middle();
+  session.style().shading = Shading::kSource;
+  EXPECT_EQ(desk.middle(), plain);
+  EXPECT_EQ(session.missing_values(), "red.hlod, blue.hlod without sources: drawn plain");
+  session.looks()[0].is_visible = false;
+  EXPECT_EQ(session.missing_values(), "blue.hlod without sources: drawn plain");
+}
+
 TEST_F(Layered, SwapsTheLooksWithTheLayers) {
   Desk desk({folder_ / "red.hlod", folder_ / "blue.hlod"});
   desk.session().looks()[0] = {false, 0.25};

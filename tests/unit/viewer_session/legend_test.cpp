@@ -62,12 +62,13 @@ TEST_F(Over, LegendsShowTheColoursOfTheirRampInOrder) {
   Style style;
   style.low_m = 1200.0;
   style.high_m = 3400.0;
-  for (const Shading shading : {Shading::kSlope, Shading::kAspect, Shading::kAltitude,
-                                Shading::kSupport, Shading::kSource, Shading::kMorph}) {
+  for (const Shading shading :
+       {Shading::kSlope, Shading::kAspect, Shading::kAltitude, Shading::kSupport, Shading::kSource,
+        Shading::kMorph, Shading::kLevel, Shading::kOverdraw}) {
     style.shading = shading;
-    const auto ramp = ramp_of(style);
+    const auto ramp = legend_of(style, 5);
     ASSERT_TRUE(ramp);
-    const Picture picture = draw([&] { draw_legends(style, false, kWidth); });
+    const Picture picture = draw([&] { draw_legends(style, false, 5, kWidth); });
     EXPECT_GE(columns_with(picture, *ramp), 15) << ramp->title;
     for (const Shading other : {Shading::kSlope, Shading::kAspect, Shading::kAltitude}) {
       if (other == shading) continue;
@@ -82,16 +83,39 @@ TEST_F(Over, ADifferenceMapHasItsLegendAboveTheGrounds) {
   Style style;
   style.shading = Shading::kAspect;
   style.difference_high_m = 0.8;
-  const Picture picture = draw([&] { draw_legends(style, true, kWidth); });
+  const Picture picture = draw([&] { draw_legends(style, true, 5, kWidth); });
   EXPECT_GE(columns_with(picture, difference_ramp(0.8)), 15);
   EXPECT_GE(columns_with(picture, aspect_ramp()), 15);
 }
 
+TEST_F(Over, AWordIsWrittenBesideItsClassAndThePanelIsAsWideAsIt) {
+  Ramp ramp{"A", "", {{0.0, {255, 0, 0}, ""}, {1.0, {0, 255, 0}, ""}, {2.0, {0, 0, 255}}}, true};
+  // Rows of the upper class's middle that have anything white.
+  const auto white = [&] {
+    const Picture picture = draw([&] { draw_legend(ramp, kWidth - 12.0f, 12.0f); });
+    int top = kHeight, bottom = 0, count = 0, right = 0;
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        const Colour c = at(picture, x, y);
+        if (c == Colour{0, 255, 0}) top = std::min(top, y), bottom = y;
+        if (c == Colour{255, 255, 255}) right = x;
+      }
+    }
+    for (int y = (2 * top + bottom) / 3; y < (top + 2 * bottom) / 3; ++y)
+      for (int x = 0; x < kWidth; ++x) count += at(picture, x, y) == Colour{255, 255, 255};
+    EXPECT_LE(right, kWidth - 12);
+    return count;
+  };
+  EXPECT_EQ(white(), 0) << "numbers are at the ends of classes";
+  ramp.stops[1].label = "a rather long word, of an elevation model";
+  EXPECT_GT(white(), 50);
+}
+
 TEST_F(Over, ColoursWithoutARampHaveNoLegend) {
   Style style;
-  for (const Shading shading : {Shading::kNatural, Shading::kPlain, Shading::kLevel}) {
+  for (const Shading shading : {Shading::kNatural, Shading::kPlain, Shading::kNormal}) {
     style.shading = shading;
-    const Picture picture = draw([&] { draw_legends(style, false, kWidth); });
+    const Picture picture = draw([&] { draw_legends(style, false, 5, kWidth); });
     EXPECT_TRUE(std::all_of(picture.pixels.begin(), picture.pixels.end(), [](const Colour& c) {
       return c == Colour{0, 0, 0};
     }));

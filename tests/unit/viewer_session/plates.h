@@ -19,7 +19,7 @@ namespace cornice::viewer {
 inline constexpr double kPlateM = 100.0;
 inline Vec3d plate_corner() { return {2'600'000.0, 1'200'000.0, 1000.0}; }
 
-/// Ground of 100 m; its height over 1000 m and one colour for all of it.
+/// Ground of 100 m, all of it measured; its height over 1000 m and one colour for all of it.
 inline void write_plate(const std::filesystem::path& path,
                         const std::function<double(double x, double y)>& height, Colour colour) {
   Mesh mesh = test::height_mesh(0.0, 0.0, 100, 1.0, height);
@@ -27,6 +27,7 @@ inline void write_plate(const std::filesystem::path& path,
   for (std::size_t c = 0; c < 3; ++c)
     mesh.byte_properties.push_back({std::array{"red", "green", "blue"}[c],
                                     std::vector<std::uint8_t>(mesh.positions.size(), colour[c])});
+  mesh.float_properties.push_back({"support", std::vector<float>(mesh.positions.size(), 0.0f)});
   hlod::BuildOptions options;
   options.triangles_per_cell = 1000;
   test::write_hierarchy(path, mesh, options);
