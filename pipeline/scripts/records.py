@@ -6,6 +6,7 @@ A record has "status" (done, failed, skipped), "exit_code", "message", "seconds"
 up the ids of the records that it was made from.
 """
 
+import contextlib
 import hashlib
 import json
 import os
@@ -45,15 +46,23 @@ def read_json(target):
         return json.load(file)
 
 
-def write_json(target, value):
+def write_text(target, text):
     """Appears whole or not at all."""
     os.makedirs(os.path.dirname(target), exist_ok=True)
     partial = f"{target}.{os.getpid()}.partial"
+    try:
+        with open(partial, "w", encoding="utf-8") as file:
+            file.write(text)
+        os.replace(partial, target)
+    except BaseException:
+        with contextlib.suppress(FileNotFoundError):
+            os.remove(partial)
+        raise
+
+
+def write_json(target, value):
     # In one piece, for json.dump is ten times slower.
-    text = json.dumps(value, separators=(",", ":")) + "\n"
-    with open(partial, "w", encoding="utf-8") as file:
-        file.write(text)
-    os.replace(partial, target)
+    write_text(target, json.dumps(value, separators=(",", ":")) + "\n")
 
 
 def read(plan, stage, tile):

@@ -255,7 +255,5 @@ def write(plan, failed):
         body += stage_section(name, of_stage)
         body += comparison(plan, found) if name == "compare" else ""
     target = records.path(plan, "report.html")
-    with open(target + ".partial", "w", encoding="utf-8") as file:
-        file.write(page.document(plan["config"].get("title", "Survey"), body))
-    os.replace(target + ".partial", target)
+    records.write_text(target, page.document(plan["config"].get("title", "Survey"), body))
     return target

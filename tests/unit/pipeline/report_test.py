@@ -7,6 +7,7 @@ import html.parser
 import json
 import os
 import pathlib
+import resource
 import sys
 import tempfile
 import unittest
@@ -207,6 +208,17 @@ class Report(unittest.TestCase):
         text = self.page().text
         for wanted in ("largest move, m", "inner: share min angle 20", "None: invalid time.", "cells"):
             self.assertIn(wanted, text)
+
+    def test_leaves_nothing_half_written_where_it_does_not_fit(self):
+        report.write(self.plan, [])
+        whole = (self.folder / "report.html").read_bytes()
+        limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+        self.addCleanup(resource.setrlimit, resource.RLIMIT_FSIZE, limit)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limit[1]))
+        with self.assertRaises(OSError):
+            records.write_text(str(self.folder / "report.html"), "x" * 100000)
+        self.assertEqual((self.folder / "report.html").read_bytes(), whole)
+        self.assertEqual(list(self.folder.glob("*partial*")), [])
 
     def test_shows_warnings_and_failures_as_text(self):
         self.finish("a", stage_report(warnings=["<b>1 & 2</b>"]))
