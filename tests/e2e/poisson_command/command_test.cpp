@@ -67,11 +67,11 @@ std::string tile_text(double west, double south, double east, double north) {
          std::to_string(kWest + east) + "," + std::to_string(kSouth + north);
 }
 
-const std::vector<float>& property(const Mesh& mesh, const std::string& name) {
+const std::vector<float>& property(const Mesh& mesh, const char* name) {
   for (const FloatProperty& p : mesh.float_properties) {
     if (p.name == name) return p.values;
   }
-  throw std::runtime_error("no property " + name);
+  throw std::runtime_error(std::string("no property ") + name);
 }
 
 /// Vertices on the plane x = `x` (metres from the survey's corner), as whole micrometres.

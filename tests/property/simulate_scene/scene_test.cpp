@@ -31,7 +31,7 @@ SceneOptions options_of(const std::string& name, double side_m, int threads = 0)
 }
 
 /// Built once for all tests of this program.
-const Scene& scene_of(const std::string& name) {
+const Scene& scene_of(const char* name) {
   static std::map<std::string, std::unique_ptr<Scene>> scenes;
   static const std::map<std::string, double> sides{
       {"alp", 220.0}, {"cliff", 260.0}, {"valley", 360.0}, {"pass", 280.0}};
