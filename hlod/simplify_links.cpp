@@ -132,7 +132,8 @@ inline void VertexLinks::add(std::uint32_t vertex, Arc arc) {
 void VertexLinks::gather_spilled() {
   for (const Spilled& spilled : spilled_) {
     Link& link = links_[spilled.vertex];
-    if (!link.is_loose()) {
+    // A count still, whose bits are no flags: is_loose() would take 512 triangles for one.
+    if ((link.info & Link::kMark) == 0) {
       const std::uint32_t count = link.info;
       const auto first = static_cast<std::uint32_t>(arcs_.size());
       arcs_.resize(arcs_.size() + count + kSpare);

@@ -168,5 +168,18 @@ TEST(VertexLinks, TellFansFromWhatIsNoSurface) {
   }
 }
 
+TEST(VertexLinks, HoldAHubOfAnyNumberOfTriangles) {
+  for (const std::uint32_t count : {31u, 255u, 256u, 511u, 512u, 513u, 800u, 1023u, 1024u, 3000u}) {
+    std::vector<Triangle> triangles;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      triangles.push_back({0, i + 1, (i + 1) % count + 1});
+    }
+    VertexLinks links;
+    links.assign(count + 1, triangles);
+    ASSERT_NO_FATAL_FAILURE(expect_same(links, triangles, std::vector<bool>(count + 1, false)))
+        << count;
+  }
+}
+
 }  // namespace
 }  // namespace cornice::hlod
