@@ -18,6 +18,7 @@ constexpr ImGuiWindowFlags kPlain = ImGuiWindowFlags_NoDecoration | ImGuiWindowF
                                     ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav;
 /// Of the scale bar while the cursor is over the sky.
 constexpr double kUnknownDepthM = 1000.0;
+constexpr float kLayersWidth = 300.0f;
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 /// What lies over the ground's own colours.
@@ -135,6 +136,14 @@ void draw_split(PanelState& state, const Session& session) {
   if (ImGui::SliderFloat("line", &share, 0.0f, 1.0f, "")) state.swipe = share;
 }
 
+/// Between the two pictures.
+void draw_split_line(const PanelState& state, const Session& session, int width, int height) {
+  if (!session.can_split() || state.split == Split::Kind::kNone) return;
+  const bool is_swipe = state.split == Split::Kind::kSwipe;
+  const float x = is_swipe ? float(state.swipe) * float(width) : float(width / 2);
+  ImGui::GetBackgroundDrawList()->AddLine({x, 0.0f}, {x, float(height)}, IM_COL32_WHITE, 2.0f);
+}
+
 /// Up and down in the order in which layers are drawn, and visible and opaque.
 void draw_layer_rows(Session& session) {
   for (std::size_t i = 0; i < session.layers().size(); ++i) {
@@ -151,11 +160,13 @@ void draw_layer_rows(Session& session) {
   }
 }
 
-void draw_layers(PanelState& state, Session& session, PanelResult& result) {
+void draw_layers(PanelState& state, Session& session, int height, PanelResult& result) {
   if (!state.shows_layers) return;
   ImGui::SetNextWindowPos({12.0f, 12.0f}, ImGuiCond_FirstUseEver);
-  ImGui::SetNextWindowSize({300.0f, 0.0f}, ImGuiCond_FirstUseEver);
-  ImGui::Begin("Layers", &state.shows_layers);
+  ImGui::SetNextWindowSizeConstraints({kLayersWidth, 0.0f},
+                                      {kLayersWidth, std::max(100.0f, float(height) - 130.0f)});
+  ImGui::Begin("Layers", &state.shows_layers, ImGuiWindowFlags_AlwaysAutoResize);
+  ImGui::PushItemWidth(0.65f * kLayersWidth);
   draw_layer_rows(session);
   draw_split(state, session);
   draw_cover(session);
@@ -188,6 +199,7 @@ void draw_layers(PanelState& state, Session& session, PanelResult& result) {
       if (ImGui::Selectable(file.c_str())) result.open = file;
     ImGui::TreePop();
   }
+  ImGui::PopItemWidth();
   ImGui::End();
 }
 
@@ -238,7 +250,7 @@ void draw_help(PanelState& state) {
       "Home           see all\n"
       "Ctrl+Z Ctrl+Y  camera back and forth\n"
       "G              go to coordinates\n"
-      "B              bookmark this view\n"
+      "B              bookmark this view, see the layers' panel\n"
       "N              next shading      C  contour lines\n"
       "X              edges             L  layers\n"
       "O              photograph, differences, neither\n"
@@ -286,7 +298,8 @@ PanelResult draw_panels(PanelState& state, Session& session, const Camera& camer
   const double depth =
       under ? dot(under->point - camera.eye, axes_of(camera).forward) : kUnknownDepthM;
   draw_scale_and_north(camera, width, height, depth, taken);
-  draw_layers(state, session, result);
+  draw_layers(state, session, height, result);
+  draw_split_line(state, session, width, height);
   draw_frames(state, session, counts);
   draw_help(state);
   draw_place_box(state, session, camera, width, ground, result);

@@ -22,6 +22,43 @@ namespace fs = std::filesystem;
 
 constexpr int kLeastWindow = 160, kMostWindow = 16384;
 
+fs::path absolute_of(const fs::path& file) {
+  std::error_code error;
+  const fs::path whole = fs::absolute(file, error).lexically_normal();
+  return error ? file : whole;
+}
+
+/// Nothing for what is no bookmark.
+std::optional<Settings::Marked> marked_from(const json& entry) {
+  const auto text = [&](const char* key) { return entry.value(key, std::string()); };
+  const auto number = [&](const char* key) { return entry.at(key).get<double>(); };
+  try {
+    Settings::Marked m{text("file"), {text("name"), {}}};
+    Camera& camera = m.bookmark.camera;
+    const auto eye = entry.at("eye").get<std::array<double, 3>>();
+    camera.eye = {eye[0], eye[1], eye[2]};
+    camera.heading_deg = number("heading_deg");
+    camera.pitch_deg = number("pitch_deg");
+    camera.field_of_view_deg = number("field_of_view_deg");
+    const bool is_sane = std::abs(camera.pitch_deg) <= 90.0 && camera.field_of_view_deg >= 1.0 &&
+                         camera.field_of_view_deg <= 120.0;
+    if (!m.file.empty() && is_sane) return m;
+  } catch (const json::exception&) {
+    // It is none, then.
+  }
+  return std::nullopt;
+}
+
+ordered_json json_of(const Settings::Marked& m) {
+  const Camera& camera = m.bookmark.camera;
+  return {{"file", m.file.string()},
+          {"name", m.bookmark.name},
+          {"eye", {camera.eye.x, camera.eye.y, camera.eye.z}},
+          {"heading_deg", camera.heading_deg},
+          {"pitch_deg", camera.pitch_deg},
+          {"field_of_view_deg", camera.field_of_view_deg}};
+}
+
 /// A value is taken where it is there and makes sense.
 class Reader {
  public:
@@ -66,6 +103,16 @@ class Reader {
       if (to.size() < Settings::kMostRecent) to.emplace_back(entry.get<std::string>());
     }
   }
+  void bookmarks(const char* key, std::vector<Settings::Marked>& to) {
+    const auto found = document_.find(key);
+    if (found == document_.end()) return;
+    if (!found->is_array()) return refuse(key);
+    for (const json& entry : *found) {
+      auto m = marked_from(entry);
+      if (!m) return refuse(key);
+      if (to.size() < Settings::kMostMarked) to.push_back(std::move(*m));
+    }
+  }
   const std::string& refused() const { return refused_; }
 
  private:
@@ -79,12 +126,25 @@ class Reader {
 }  // namespace
 
 void Settings::opened(const fs::path& file) {
-  std::error_code error;
-  fs::path whole = fs::absolute(file, error).lexically_normal();
-  if (error) whole = file;
+  fs::path whole = absolute_of(file);
   std::erase(recent, whole);
   recent.insert(recent.begin(), std::move(whole));
   if (recent.size() > kMostRecent) recent.resize(kMostRecent);
+}
+
+std::vector<Bookmark> Settings::bookmarks_of(const fs::path& file) const {
+  std::vector<Bookmark> bookmarks;
+  for (const Marked& m : marked)
+    if (m.file == absolute_of(file)) bookmarks.push_back(m.bookmark);
+  return bookmarks;
+}
+
+void Settings::set_bookmarks(const fs::path& file, const std::vector<Bookmark>& bookmarks) {
+  const fs::path whole = absolute_of(file);
+  std::erase_if(marked, [&](const Marked& m) { return m.file == whole; });
+  for (const Bookmark& bookmark : bookmarks) marked.push_back({whole, bookmark});
+  if (marked.size() > kMostMarked)
+    marked.erase(marked.begin(), marked.end() - static_cast<std::ptrdiff_t>(kMostMarked));
 }
 
 fs::path settings_path() {
@@ -126,6 +186,7 @@ SettingsRead read_settings(const fs::path& path) {
   reader.flag("shows_layers", s.shows_layers);
   reader.flag("shows_frames", s.shows_frames);
   reader.paths("recent", s.recent);
+  reader.bookmarks("bookmarks", s.marked);
   if (!reader.refused().empty())
     read.problem = path.string() + ": " + reader.refused() + " make no sense and are ignored";
   return read;
@@ -145,6 +206,8 @@ void write_settings(const fs::path& path, const Settings& settings) {
   ordered_json whole = document;
   whole["recent"] = ordered_json::array();
   for (const fs::path& file : settings.recent) whole["recent"].push_back(file.string());
+  whole["bookmarks"] = ordered_json::array();
+  for (const Settings::Marked& m : settings.marked) whole["bookmarks"].push_back(json_of(m));
   // A path may hold bytes that are no UTF-8; those are replaced, and the file is not found again.
   write_file_atomically(path, whole.dump(1, ' ', false, json::error_handler_t::replace) + "\n");
 }

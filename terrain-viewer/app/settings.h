@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "terrain-viewer/app/camera_memory.h"
 #include "terrain-viewer/app/options.h"
 
 namespace cornice::viewer {
@@ -20,9 +21,19 @@ struct Settings {
   bool shows_layers = true, shows_frames = false;
   std::vector<std::filesystem::path> recent;  ///< the latest first, absolute
 
-  static constexpr std::size_t kMostRecent = 12;
+  /// Bookmarks of the scene whose first layer is `file`.
+  struct Marked {
+    std::filesystem::path file;  ///< absolute
+    Bookmark bookmark;
+  };
+  std::vector<Marked> marked;
+
+  static constexpr std::size_t kMostRecent = 12, kMostMarked = 500;
   /// The file becomes the latest; kMostRecent are kept.
   void opened(const std::filesystem::path& file);
+  std::vector<Bookmark> bookmarks_of(const std::filesystem::path& file) const;
+  /// In place of those that the file had; the oldest beyond kMostMarked are forgotten.
+  void set_bookmarks(const std::filesystem::path& file, const std::vector<Bookmark>& bookmarks);
 };
 
 /// Where settings are kept; empty where neither XDG_CONFIG_HOME nor HOME says so.

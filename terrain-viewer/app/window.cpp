@@ -48,6 +48,7 @@ class WindowApp {
     if (options.side_by_side) panels_.split = Split::Kind::kSideBySide;
     for (const auto& file : options.files) settings_.opened(file);
     panels_.recent = settings_.recent;
+    panels_.bookmarks = settings_.bookmarks_of(options.files.front());
     const SceneBox box = box_of(session_.layers());
     glfwGetFramebufferSize(window_.get(), &width_, &height_);
     pane_width_ = width_;
@@ -461,6 +462,7 @@ class WindowApp {
     settings_.frame_ms = session_.frame_ms();
     settings_.shows_layers = panels_.shows_layers;
     settings_.shows_frames = panels_.shows_frames;
+    settings_.set_bookmarks(options_.files.front(), panels_.bookmarks);
     const std::filesystem::path file = settings_path();
     if (file.empty()) return;
     try {

@@ -330,6 +330,18 @@ class Window(Base):
                         break
         return found
 
+    def test_bookmarks_and_the_shading_are_kept(self):
+        _, seen = self.take_picture()
+        self.display.do("key", "b")
+        self.display.do("key", "n")
+        self.display.do("key", "ctrl+q")
+        self.assertEqual(self.viewer.wait(PATIENCE_S), 0)
+        with open(os.path.join(self.place, "cornice", "viewer.json"), encoding="utf-8") as file:
+            kept = json.load(file)
+        self.assertEqual(kept["shading"], "plain")
+        self.assertEqual([mark["file"] for mark in kept["bookmarks"]], [self.file])
+        self.assertEqual(kept["bookmarks"][0]["eye"], seen["eye"])
+
     def test_a_signal_ends_it(self):
         self.viewer.send_signal(signal.SIGTERM)
         self.assertEqual(self.viewer.wait(PATIENCE_S), 128 + signal.SIGTERM)

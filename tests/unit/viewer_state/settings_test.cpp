@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <fstream>
 
 #include "core/base/error.h"
 #include "tests/support/temporary_folder.h"
@@ -42,6 +43,39 @@ TEST(Settings, AreKeptWhereTheDesktopKeepsThem) {
   EXPECT_EQ(settings_path(), "/home/someone/.config/cornice/viewer.json");
   const Variable no_home("HOME", nullptr);
   EXPECT_TRUE(settings_path().empty());
+}
+
+TEST(Settings, KeepTheBookmarksOfEachScene) {
+  test::TemporaryFolder folder;
+  const Camera camera{{2600123.25, 1200456.5, 1789.0}, 271.5, -12.25, 47.0};
+  Settings settings;
+  settings.set_bookmarks("/a/one.hlod", {{"view 1", camera}, {"view 2", {}}});
+  settings.set_bookmarks("/a/two.hlod", {{"summit \"N\"", camera}});
+  settings.set_bookmarks("/a/one.hlod", {{"view 2", {}}});
+  write_settings(folder / "viewer.json", settings);
+  const SettingsRead read = read_settings(folder / "viewer.json");
+  EXPECT_EQ(read.problem, "");
+  const auto one = read.settings.bookmarks_of("/a/b/../one.hlod");
+  ASSERT_EQ(one.size(), 1u);
+  EXPECT_EQ(one[0].name, "view 2");
+  const auto two = read.settings.bookmarks_of("/a/two.hlod");
+  ASSERT_EQ(two.size(), 1u);
+  EXPECT_EQ(two[0].name, "summit \"N\"");
+  EXPECT_EQ(two[0].camera, camera);
+  EXPECT_TRUE(read.settings.bookmarks_of("/a/three.hlod").empty());
+}
+
+TEST(Settings, TakeNothingForABookmarkThatIsNone) {
+  test::TemporaryFolder folder;
+  for (const char* entry :
+       {R"(7)", R"({"file": "/a"})", R"({"file": "/a", "name": "b", "eye": [1, 2]})",
+        R"({"file": "/a", "name": 3, "eye": [1, 2, 3]})"}) {
+    std::ofstream(folder / "viewer.json") << R"({"edges": true, "bookmarks": [)" << entry << "]}";
+    const SettingsRead read = read_settings(folder / "viewer.json");
+    EXPECT_TRUE(read.settings.marked.empty()) << entry;
+    EXPECT_TRUE(read.settings.has_edges) << entry;
+    EXPECT_NE(read.problem.find("\"bookmarks\""), std::string::npos) << entry;
+  }
 }
 
 TEST(Settings, ComeBackAsTheyWereWritten) {
