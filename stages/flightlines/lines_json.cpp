@@ -3,9 +3,11 @@
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <variant>
 
 #include "core/base/atomic_file.h"
 #include "core/geo/globe.h"
+#include "stages/flightlines/lines_fields.h"
 #include "stages/flightlines/lines_output.h"
 
 namespace cornice::flightlines {
@@ -53,49 +55,34 @@ json checks_json(const LineEstimate& estimate) {
   return checks;
 }
 
+json object_of(const Fields& fields) {
+  json object = json::object();
+  for (const Field& field : fields) {
+    std::visit([&](const auto& value) { object[field.name] = value; }, field.value);
+  }
+  return object;
+}
+
 json line_json(const LineEstimate& e, const Globe& globe) {
   const FlightLine& line = e.line;
-  json object = {{"id", line.id},
-                 {"point_source_id", line.point_source_id},
-                 {"scanner_channel", line.scanner_channel},
-                 {"channel_in_user_data", line.channel_in_user_data},
-                 {"has_time", line.has_time},
-                 {"first_time_s", line.first_time_s},
-                 {"last_time_s", line.last_time_s},
-                 {"along_azimuth_deg", line.along_azimuth_deg},
-                 {"along_standard_error_deg", e.along_standard_error_deg},
-                 {"across_azimuth_deg", line.across_azimuth_deg},
-                 {"across_standard_error_deg", line.across_standard_error_deg},
-                 {"perpendicular_deg", e.perpendicular_deg},
-                 {"scan_angle_sign", line.scan_angle_sign},
-                 {"sign_from", e.sign_from},
-                 {"beam_source", beam_source_name(line.beam_source)},
-                 {"beam_reason", line.beam_reason},
-                 {"method", e.method},
-                 {"scan_model", scan_model_name(e.scan_model)},
-                 {"points", e.points},
-                 {"pulses_used", e.pulses_used},
-                 {"pairs_used", e.pairs_used},
-                 {"height_m", e.height_m},
-                 {"speed_ms", e.speed_ms},
-                 {"min_angle_deg", e.min_angle_deg},
-                 {"max_angle_deg", e.max_angle_deg},
-                 {"angle_step_deg", e.angle_step_deg},
-                 {"pulse_rate_hz", e.pulse_rate_hz},
-                 {"lean_deg", e.lean_deg},
-                 {"cone_deg", e.cone_deg},
-                 {"looks", e.looks},
-                 {"angle_offset_deg", e.angle_offset_deg},
-                 {"angle_residual_deg", e.angle_residual_deg},
-                 {"scan_residual_deg", e.scan_residual_deg},
-                 {"pair_residual", e.pair_residual},
-                 {"position_error_m", e.position_error_m},
-                 {"height_error_m", e.height_error_m},
-                 {"bridged_s", e.bridged_s},
-                 {"accept_test", checks_json(e)},
-                 {"remarks", e.remarks},
-                 {"nodes", nodes_json(line)}};
+  json object = object_of(line_fields(e));
   object.update(ends_json(line, globe));
+  // A GeoPackage has no truth values.
+  object["channel_in_user_data"] = line.channel_in_user_data;
+  object["has_time"] = line.has_time;
+  object["scan_model"] = scan_model_name(e.scan_model);
+  object["angle_step_deg"] = e.angle_step_deg;
+  object["accept_test"] = checks_json(e);
+  object["remarks"] = e.remarks;
+  object["nodes"] = nodes_json(line);
+  return object;
+}
+
+json overlap_json(const OverlapPair& pair) {
+  json object = object_of(overlap_fields(pair));
+  for (const char* const name : {"median_dz_m", "spread_m"}) {
+    object[name] = rounded(object[name].get<double>(), 1e-4);
+  }
   return object;
 }
 
@@ -119,12 +106,7 @@ void write_json(const std::filesystem::path& path, const SurveyLines& survey) {
   json lines = json::array();
   for (const LineEstimate& estimate : survey.lines) lines.push_back(line_json(estimate, globe));
   json overlaps = json::array();
-  for (const OverlapPair& pair : survey.overlaps)
-    overlaps.push_back({{"first_line", pair.first_line},
-                        {"second_line", pair.second_line},
-                        {"median_dz_m", rounded(pair.median_dz_m, 1e-4)},
-                        {"spread_m", rounded(pair.spread_m, 1e-4)},
-                        {"cells", pair.cells}});
+  for (const OverlapPair& pair : survey.overlaps) overlaps.push_back(overlap_json(pair));
   json tiles = json::array();
   for (const TileCounts& tile : survey.tiles)
     tiles.push_back({{"file", tile.file.filename().string()},
