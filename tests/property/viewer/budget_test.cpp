@@ -25,8 +25,8 @@ std::uint64_t packed_bytes(const hlod::Node& node) {
 
 TEST_F(Budget, OfATenthHoldsTwoNeighbouringViewsAndLetsGoOfThemForOthersAlone) {
   CraterStudio::Budgets tenth{0, 0, 1};
-  for (const hlod::Node& node : hlod::File(crater_file()).nodes())
-    tenth.gpu_bytes += packed_bytes(node);
+  const hlod::File file(crater_file());
+  for (const hlod::Node& node : file.nodes()) tenth.gpu_bytes += packed_bytes(node);
   tenth.gpu_bytes /= 10;
   tenth.cache_bytes = tenth.gpu_bytes;
   CraterStudio studio(crater_file(), 160, 120, tenth);

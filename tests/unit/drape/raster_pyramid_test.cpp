@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <ogr_srs_api.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
