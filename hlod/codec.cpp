@@ -157,24 +157,20 @@ struct ParentPlan {
   std::vector<std::uint16_t> is_settled;
 };
 
-/// Codes by which reference has the same parent (3: none), plus 4 where the parent is new; then the
-/// same where the vertex settles it.
-constexpr std::array<std::uint8_t, 16> kParentCodes{kSameAs,
-                                                    kSameAs + 1,
-                                                    kSameAs + 2,
-                                                    kFarParent,  //
-                                                    kFreshElsewhere,
-                                                    kFreshElsewhere,
-                                                    kFreshElsewhere,
-                                                    kFreshElsewhere,  //
-                                                    kSameAsSettled,
-                                                    kSameAsSettled + 1,
-                                                    kSameAsSettled + 2,
-                                                    kFarParentSettled,  //
-                                                    kFresh,
-                                                    kFresh,
-                                                    kFresh,
-                                                    kFresh};
+/// Codes by which reference has the same parent (3: none), plus 4 where the parent is new, plus 8
+/// where the vertex settles it.
+constexpr std::array<std::uint8_t, 16> kParentCodes = [] {
+  std::array<std::uint8_t, 16> codes{};
+  for (std::uint8_t which = 0; which < 4; ++which) {
+    codes[which] = static_cast<std::uint8_t>(kSameAs + which);
+    codes[which | 4u] = kFreshElsewhere;
+    codes[which | 8u] = static_cast<std::uint8_t>(kSameAsSettled + which);
+    codes[which | 12u] = kFresh;
+  }
+  codes[3] = kFarParent;
+  codes[3 | 8] = kFarParentSettled;
+  return codes;
+}();
 
 /// Without branches, for nothing of a vertex can be foretold from the one before it.
 ParentPlan plan_parents(const CellMesh& mesh, std::span<const CellVertex> vertices,

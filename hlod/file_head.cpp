@@ -86,8 +86,9 @@ std::size_t head_length(const std::filesystem::path& path, Bytes fixed) {
   if (order == __builtin_bswap32(kByteOrder)) {
     throw InputError(path.string(), "has its bytes in the other order");
   }
+  if (order != kByteOrder) throw InputError(path.string(), "has a damaged head; write it anew");
   const auto version = load_le<std::uint32_t>(fixed, at::kVersion);
-  if (version != kVersion || order != kByteOrder) {
+  if (version != kVersion) {
     throw InputError(path.string(), "is of version " + std::to_string(version) +
                                         " of the format; this program reads version " +
                                         std::to_string(kVersion));

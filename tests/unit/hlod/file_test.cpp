@@ -195,6 +195,10 @@ TEST(HlodFile, RefusesANewerVersionAndTheOtherByteOrder) {
   std::reverse(swapped.begin() + 12, swapped.begin() + 16);
   write_text(folder / "b.hlod", swapped);
   EXPECT_THAT(problem_of(folder / "b.hlod"), HasSubstr("the other order"));
+  std::string flipped = bytes;
+  flipped[12] ^= 1;
+  write_text(folder / "b.hlod", flipped);
+  EXPECT_THAT(problem_of(folder / "b.hlod"), HasSubstr("has a damaged head"));
 }
 
 TEST(HlodFile, SaysOfEveryCutFileThatItIsNotWhole) {
