@@ -19,7 +19,7 @@ constexpr int kCannotMount = 77;
 bool mount_small_disk(const std::filesystem::path& folder) {
   // Without root's rights a namespace of one's own gives them, where the system allows it.
   if (unshare(CLONE_NEWNS) != 0 && unshare(CLONE_NEWUSER | CLONE_NEWNS) != 0) return false;
-  if (mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0) return false;
+  if (mount("none", "/", "", MS_REC | MS_PRIVATE, "") != 0) return false;
   return mount("none", folder.c_str(), "tmpfs", 0, "size=64k") == 0;
 }
 
