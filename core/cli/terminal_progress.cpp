@@ -40,6 +40,25 @@ std::string duration_text(double elapsed_s) {
   return text;
 }
 
+namespace {
+
+/// "1:05 left", if everything goes on as it did; empty at the very beginning.
+std::string time_left(double share, double elapsed_s) {
+  return share > 0.0 ? duration_text(elapsed_s * (1.0 - share) / share) + " left" : "";
+}
+
+}  // namespace
+
+std::string progress_line_text(const std::string& step, std::uint64_t done, std::uint64_t total,
+                               double elapsed_s) {
+  if (total == 0) return step_text(step + " " + std::to_string(done) + " done after", elapsed_s);
+  const double share = std::min(1.0, static_cast<double>(done) / static_cast<double>(total));
+  char text[32];
+  std::snprintf(text, sizeof text, ", %.0f %%", std::floor(share * 100.0));
+  const std::string left = time_left(share, elapsed_s);
+  return step_text(step + text, elapsed_s) + (left.empty() ? "" : ", " + left);
+}
+
 std::string progress_bar_text(const std::string& step, std::uint64_t done, std::uint64_t total,
                               double elapsed_s, int width) {
   char tail[64];
@@ -53,8 +72,7 @@ std::string progress_bar_text(const std::string& step, std::uint64_t done, std::
     constexpr int kCells = 30;
     const int full = static_cast<int>(share * kCells);
     bar = "  [" + std::string(full, '#') + std::string(kCells - full, '.') + "]";
-    const std::string left =
-        share > 0.0 ? duration_text(elapsed_s * (1.0 - share) / share) + " left" : "";
+    const std::string left = time_left(share, elapsed_s);
     std::snprintf(tail, sizeof tail, " %3.0f %%  %s", std::floor(share * 100.0), left.c_str());
   }
   std::string text = step + bar + tail;
@@ -108,13 +126,8 @@ void TerminalProgress::end() {
 void TerminalProgress::show(std::uint64_t done, double elapsed_s) {
   if (style_ == ProgressStyle::kBar) {
     console_bar(progress_bar_text(step_, done, total_, elapsed_s, console_width()));
-  } else if (total_ > 0) {
-    const double share = std::min(1.0, static_cast<double>(done) / static_cast<double>(total_));
-    char text[32];
-    std::snprintf(text, sizeof text, " %.0f %% after", std::floor(share * 100.0));
-    line(step_text(step_ + text, elapsed_s));
   } else {
-    line(step_text(step_ + " " + std::to_string(done) + " done after", elapsed_s));
+    line(progress_line_text(step_, done, total_, elapsed_s));
   }
 }
 

@@ -52,6 +52,10 @@ class TerminalProgress : public Progress {
 std::string progress_bar_text(const std::string& step, std::uint64_t done, std::uint64_t total,
                               double elapsed_s, int width);
 
+/// The sign of life of a long step in a log: "fit, 25 %: 10.0 s, 0:30 left".
+std::string progress_line_text(const std::string& step, std::uint64_t done, std::uint64_t total,
+                               double elapsed_s);
+
 /// "0:07", "12:05", "3:00:00".
 std::string duration_text(double elapsed_s);
 

@@ -37,6 +37,12 @@ TEST(ProgressBar, StaysSensibleForOddNumbers) {
   EXPECT_THAT(progress_bar_text("fit", 300, 0, 2.0, 100), HasSubstr("300 done, 150/s"));
 }
 
+TEST(ProgressLine, ShowsShareAndTimeLeft) {
+  EXPECT_EQ(progress_line_text("fit", 25, 100, 10.0), "fit, 25 %: 10.0 s, 0:30 left");
+  EXPECT_EQ(progress_line_text("fit", 0, 100, 31.0), "fit, 0 %: 31.0 s");
+  EXPECT_EQ(progress_line_text("fit", 300, 0, 2.0), "fit 300 done after: 2.0 s");
+}
+
 TEST(DurationText, ReadsLikeAClock) {
   EXPECT_EQ(duration_text(0.2), "0:00");
   EXPECT_EQ(duration_text(65), "1:05");
