@@ -33,7 +33,7 @@ BlockResult BlockBuilder::run(const std::vector<const BuildCell*>& cells) {
   cells_ = &cells;
   BlockResult result;
   assemble();
-  result.counts.triangles_in = original_.size();
+  result.counts.triangles_in = mesh_.triangles.size();
   for (const std::uint8_t locked : mesh_.locked) result.counts.locked_vertices += locked;
   simplify();
   unify();
@@ -57,16 +57,16 @@ void BlockBuilder::reserve() {
   }
   table_.reset(shared);
   to_.resize(vertices);
-  original_.clear();
-  original_.reserve(triangles);
-  points_.clear();
-  points_.reserve(vertices);
-  data_.clear();
-  data_.reserve(vertices);
-  mesh_.locked.clear();
-  mesh_.locked.reserve(vertices);
-  shared_.clear();
-  shared_.reserve(vertices);
+  mesh_.triangles.clear();
+  mesh_.triangles.reserve(triangles);
+  resize_vertices(vertices);
+}
+
+void BlockBuilder::resize_vertices(std::size_t count) {
+  points_.resize(count);
+  data_.resize(count);
+  mesh_.locked.resize(count);
+  shared_.resize(count);
 }
 
 void BlockBuilder::assemble() {
@@ -83,9 +83,9 @@ void BlockBuilder::assemble() {
     parent_cell_.push_back(static_cast<std::uint32_t>(found - parent_keys_.begin()));
   }
   begins_.assign(1, 0);
-  for (std::size_t c = 0; c < cells.size(); ++c) add_cell(c);
-  mesh_.triangles = original_;
-  const std::size_t count = points_.size();
+  std::uint32_t count = 0;
+  for (std::size_t c = 0; c < cells.size(); ++c) count = add_cell(c, count);
+  resize_vertices(count);
   base_ = count == 0 ? LatticePoint{} : data_.front().position;
   mesh_.positions.resize(count);
   fine_.resize(count);
@@ -109,20 +109,26 @@ void BlockBuilder::assemble() {
   }
 }
 
-void BlockBuilder::add_cell(std::size_t c) {
+/// Adds a cell's vertices behind the first `count` of the block's, and its triangles. How many
+/// vertices there are then.
+std::uint32_t BlockBuilder::add_cell(std::size_t c, std::uint32_t count) {
   const BuildCell& cell = *(*cells_)[c];
   std::uint32_t* const to = to_.data() + to_begins_[c];
   for (std::uint32_t v = 0; v < cell.vertices.size(); ++v) {
-    to[v] = add_vertex(cell, v);
+    to[v] = add_vertex(cell, v, count);
+    count += to[v] == count;
   }
-  for (const Triangle& t : cell.triangles) original_.push_back({to[t[0]], to[t[1]], to[t[2]]});
-  begins_.push_back(original_.size());
+  for (const Triangle& t : cell.triangles)
+    mesh_.triangles.push_back({to[t[0]], to[t[1]], to[t[2]]});
+  begins_.push_back(mesh_.triangles.size());
+  return count;
 }
 
-/// A vertex that no other cell uses is new without looking; of the others, the table knows.
-std::uint32_t BlockBuilder::add_vertex(const BuildCell& cell, std::uint32_t vertex) {
+/// A vertex that no other cell uses is new without looking; of the others, the table knows. `next`
+/// is what a new one is called.
+std::uint32_t BlockBuilder::add_vertex(const BuildCell& cell, std::uint32_t vertex,
+                                       std::uint32_t next) {
   const CellVertex& data = cell.vertices[vertex];
-  const auto next = static_cast<std::uint32_t>(points_.size());
   std::uint32_t index = next;
   if (cell.sharers[vertex] != 0) {
     index = table_.find_or_add(data.position, next, [&](std::uint32_t i) {
@@ -130,11 +136,11 @@ std::uint32_t BlockBuilder::add_vertex(const BuildCell& cell, std::uint32_t vert
     });
   }
   if (index == next) {
-    points_.push_back(data.position);
-    data_.push_back(data);
-    data_.back().position = coarsened(data.position);
-    mesh_.locked.push_back(0);
-    shared_.push_back(cell.sharers[vertex] != 0);
+    points_[next] = data.position;
+    data_[next] = data;
+    data_[next].position = coarsened(data.position);
+    mesh_.locked[next] = 0;
+    shared_[next] = cell.sharers[vertex] != 0;
   }
   if (cell.sharers[vertex] != 0 && is_outside(cell, vertex)) mesh_.locked[index] = 1;
   return index;
@@ -153,26 +159,35 @@ bool BlockBuilder::is_outside(const BuildCell& cell, std::uint32_t vertex) const
 void BlockBuilder::simplify() {
   SimplifyOptions options;
   options.target_triangles =
-      static_cast<std::size_t>(options_.keep_share * static_cast<double>(original_.size()));
+      static_cast<std::size_t>(options_.keep_share * static_cast<double>(mesh_.triangles.size()));
   // In steps of the coarser level, half of which rounding may have used up.
   const double side = static_cast<double>(1 << header_.lattice.cell_bits) / 2;
   options.reach = static_cast<float>(std::floor(header_.edge_share * side / 2 - 0.5));
   options.in_plan = header_.partition == Partition::kQuadtree;
   options.max_error = static_cast<float>(options_.max_error_share * side);
-  simplifier_.run(mesh_, options);
-  step_error_.prepare(simplifier_, fine_, original_, shared_);
+  simplifier_.collapse_edges(mesh_, options);
+  step_error_.prepare(simplifier_, fine_, mesh_.triangles, shared_);
 }
 
 /// Makes one vertex of those that were rounded to one point; locked ones, which other blocks have
 /// too, are taken first.
 void BlockBuilder::unify() {
   parents_ = simplifier_.parents();
-  table_.reset(simplifier_.triangle_count());
   const auto position = [&](std::uint32_t v) { return data_[v].position; };
+  left_.resize(parents_.size());
+  std::size_t left = 0;
+  for (std::uint32_t v = 0; v < parents_.size(); ++v) {
+    left_[left] = v;
+    left += parents_[v] == v;
+  }
+  left_.resize(left);
+  filter_.reset(left);
+  for (const std::uint32_t v : left_) filter_.add(position(v));
+  table_.reset(left / 8);
   for (const std::uint8_t locked : {std::uint8_t{1}, std::uint8_t{0}}) {
-    for (std::uint32_t v = 0; v < parents_.size(); ++v) {
-      if (simplifier_.parents()[v] != v || mesh_.locked[v] != locked) continue;
-      parents_[v] = table_.find_or_add(data_[v].position, v, position);
+    for (const std::uint32_t v : left_) {
+      if (mesh_.locked[v] != locked || filter_.is_alone(position(v))) continue;
+      parents_[v] = table_.find_or_add(position(v), v, position);
     }
   }
   for (std::uint32_t& parent : parents_) parent = parents_[parent];
@@ -185,16 +200,25 @@ void BlockBuilder::average() {
   const std::vector<float>& areas = simplifier_.areas();
   sums_.assign(data_.size(), {});
   const bool has_more = (header_.attributes & (kHasSupport | kHasSource)) != 0;
-  for (std::uint32_t v = 0; v < data_.size(); ++v) {
+  NormalLanes lanes;
+  for (std::size_t first = 0; first < data_.size(); first += NormalLanes::kCount) {
+    const std::size_t count = std::min(data_.size() - first, NormalLanes::kCount);
+    for (std::size_t k = 0; k < count; ++k) {
+      lanes.i[k] = data_[first + k].normal[0], lanes.j[k] = data_[first + k].normal[1];
+    }
+    decode_octahedral(lanes, header_.normal_bits);
+    for (std::size_t k = 0; k < count; ++k) {
+      sums_[parents_[first + k]] += areas[first + k] * Vec3f{lanes.x[k], lanes.y[k], lanes.z[k]};
+    }
+  }
+  for (std::uint32_t v = 0; has_more && v < data_.size(); ++v) {
     const std::uint32_t to = parents_[v];
     if (mesh_.locked[to] != 0) continue;
-    sums_[to] += areas[v] * decode_octahedral(data_[v].normal, header_.normal_bits);
-    if (!has_more) continue;
     data_[to].support = std::max(data_[to].support, data_[v].support);
     data_[to].source = std::max(data_[to].source, data_[v].source);
   }
   kept_.clear();
-  for (std::uint32_t v = 0; v < data_.size(); ++v) {
+  for (const std::uint32_t v : left_) {
     if (parents_[v] == v && mesh_.locked[v] == 0) kept_.push_back(v);
   }
   encode_octahedral(
@@ -220,7 +244,7 @@ BuildCell BlockBuilder::make_parent(std::uint32_t parent) {
     if (parent_cell_[c] == parent) triangles += begins_[c + 1] - begins_[c];
   }
   // A quarter more than the share that the whole block keeps.
-  triangles = triangles * simplifier_.triangle_count() / (original_.size() + 1) * 5 / 4;
+  triangles = triangles * simplifier_.triangle_count() / (mesh_.triangles.size() + 1) * 5 / 4;
   cell.triangles.reserve(triangles);
   cell.vertices.reserve(triangles * 9 / 16);
   step_error_.begin_part();
@@ -230,9 +254,8 @@ BuildCell BlockBuilder::make_parent(std::uint32_t parent) {
     cell.error_m = std::max(cell.error_m, (*cells_)[c]->error_m);
     for (std::size_t i = begins_[c]; i < begins_[c + 1]; ++i) {
       const Triangle& old = mesh_.triangles[i];
-      if (old[0] == kNone) continue;
       Triangle t{parents_[old[0]], parents_[old[1]], parents_[old[2]]};
-      if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
+      if ((int{t[0] == t[1]} | int{t[1] == t[2]} | int{t[2] == t[0]}) != 0) continue;
       for (std::uint32_t& v : t) {
         if (place_[v] == kNone) {
           place_[v] = static_cast<std::uint32_t>(cell.vertices.size());

@@ -46,8 +46,9 @@ class BlockBuilder {
  private:
   void assemble();
   void reserve();
-  void add_cell(std::size_t c);
-  std::uint32_t add_vertex(const BuildCell& cell, std::uint32_t vertex);
+  void resize_vertices(std::size_t count);
+  std::uint32_t add_cell(std::size_t c, std::uint32_t count);
+  std::uint32_t add_vertex(const BuildCell& cell, std::uint32_t vertex, std::uint32_t next);
   bool is_outside(const BuildCell& cell, std::uint32_t vertex) const;
   void simplify();
   void unify();
@@ -64,9 +65,9 @@ class BlockBuilder {
   Simplifier simplifier_;
   StepError step_error_;
   PositionTable table_;
+  PositionFilter filter_;
   PartMaker part_maker_;
-  std::vector<Triangle> original_;
-  std::vector<std::size_t> begins_;         ///< per cell, in original_; one more at the end
+  std::vector<std::size_t> begins_;         ///< per cell, in mesh_.triangles; one more at the end
   std::vector<CellKey> parent_keys_;        ///< cells of the next level, in their order
   std::vector<std::uint32_t> parent_cell_;  ///< per cell, in parent_keys_
   std::vector<std::uint32_t> to_;           ///< per cell's vertex, cell by cell: the block's vertex
@@ -77,6 +78,7 @@ class BlockBuilder {
   std::vector<std::uint8_t> shared_;    ///< 1 where another cell may use it
   std::vector<CellVertex> data_;        ///< with coarse positions
   std::vector<Vec3f> sums_;             ///< of normals
+  std::vector<std::uint32_t> left_;     ///< vertices that stay
   std::vector<std::uint32_t> kept_;     ///< vertices whose normals are new
   std::vector<std::uint32_t> place_;    ///< in the parent cell that is made
   std::vector<std::uint32_t> parents_;  ///< what it becomes, after those at one point are one

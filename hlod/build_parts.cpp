@@ -34,12 +34,15 @@ bool PartMaker::take_whole(const BuildCell& cell, CellMesh& mesh) {
   mesh.triangles.resize(cell.triangles.size());
   std::uint32_t used = 0;
   bool is_ordered = true;
+  for (const Triangle& t : cell.triangles) {
+    for (const std::uint32_t v : t) {
+      is_ordered &= v <= used;
+      used = std::max(used, v + 1);
+    }
+  }
   for (std::size_t t = 0; t < cell.triangles.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t v = cell.triangles[t][k];
-      is_ordered &= v <= used;
-      used += v == used;
-      mesh.triangles[t][k] = static_cast<std::uint16_t>(v);
+      mesh.triangles[t][k] = static_cast<std::uint16_t>(cell.triangles[t][k]);
     }
   }
   if (!is_ordered || used != count) return false;

@@ -48,6 +48,25 @@ CORNICE_INLINE void compare(const Float8& x, const Float8& y, const Float8& z, f
 }  // namespace
 
 CORNICE_CLONES
+void decode_octahedral(NormalLanes& lanes, int bits) {
+  const float scale = 1.0f / static_cast<float>(octahedral_limit(bits));
+  Int8 i, j;
+  load_lanes(&lanes.i, i), load_lanes(&lanes.j, j);
+  Float8 x = __builtin_convertvector(i, Float8) * scale;
+  Float8 y = __builtin_convertvector(j, Float8) * scale;
+  Float8 ax, ay;
+  set_absolute(x, ax), set_absolute(y, ay);
+  const Float8 z = 1.0f - ax - ay;
+  const Float8 fold = z < 0 ? -z : Float8{};
+  x += x >= 0 ? -fold : fold;
+  y += y >= 0 ? -fold : fold;
+  Float8 length = x * x + y * y + z * z;
+  for (std::size_t k = 0; k < NormalLanes::kCount; ++k) length[k] = std::sqrt(length[k]);
+  x /= length, y /= length;
+  store_lanes(&lanes.x, x), store_lanes(&lanes.y, y), store_lanes(&lanes.z, z / length);
+}
+
+CORNICE_CLONES
 void encode_octahedral(NormalLanes& lanes, int bits) {
   const std::int32_t limit = octahedral_limit(bits);
   const auto scale = static_cast<float>(limit);

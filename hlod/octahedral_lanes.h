@@ -14,9 +14,11 @@ namespace cornice::hlod {
 struct alignas(32) NormalLanes {
   static constexpr std::size_t kCount = 8;
   std::array<float, kCount> x{}, y{}, z{};
-  std::array<std::int32_t, kCount> i{}, j{};  ///< what encode_octahedral gives
+  std::array<std::int32_t, kCount> i{}, j{};
 };
 
+/// As decode_octahedral for each lane, the same numbers: x, y and z from i and j.
+void decode_octahedral(NormalLanes& lanes, int bits);
 /// As encode_octahedral for each lane, the same numbers.
 void encode_octahedral(NormalLanes& lanes, int bits);
 

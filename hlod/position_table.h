@@ -11,6 +11,38 @@
 
 namespace cornice::hlod {
 
+inline std::size_t hash_position(LatticePoint p) {
+  const auto word = [](std::int32_t i) { return std::uint64_t{static_cast<std::uint32_t>(i)}; };
+  std::uint64_t h = (word(p.x) | word(p.y) << 32) * 0x9e3779b97f4a7c15u;
+  h = (h ^ h >> 32 ^ word(p.z)) * 0xd6e8feb86659fd93u;
+  return static_cast<std::size_t>(h ^ h >> 32);
+}
+
+/// Tells most points that are alone without a look at others, in two bytes for each that is
+/// expected. Keeps its memory from use to use.
+class PositionFilter {
+ public:
+  void reset(std::size_t expected) { words_.assign(std::bit_ceil(expected / 4 + 1), {}); }
+  void add(LatticePoint p) {
+    const std::size_t h = hash_position(p);
+    Word& word = words_[h >> 6 & (words_.size() - 1)];
+    const std::uint64_t bit = std::uint64_t{1} << (h & 63);
+    word.twice |= word.once & bit;
+    word.once |= bit;
+  }
+  /// False for every point that was added twice, and for a few others.
+  bool is_alone(LatticePoint p) const {
+    const std::size_t h = hash_position(p);
+    return (words_[h >> 6 & (words_.size() - 1)].twice >> (h & 63) & 1) == 0;
+  }
+
+ private:
+  struct Word {
+    std::uint64_t once = 0, twice = 0;
+  };
+  std::vector<Word> words_;
+};
+
 /// Indices of points that its owner keeps. Keeps its memory from use to use.
 class PositionTable {
  public:
@@ -39,16 +71,10 @@ class PositionTable {
   static constexpr std::uint32_t kEmpty = 0xffffffffu;
 
  private:
-  static std::size_t hash(LatticePoint p) {
-    const auto word = [](std::int32_t i) { return std::uint64_t{static_cast<std::uint32_t>(i)}; };
-    std::uint64_t h = (word(p.x) | word(p.y) << 32) * 0x9e3779b97f4a7c15u;
-    h = (h ^ h >> 32 ^ word(p.z)) * 0xd6e8feb86659fd93u;
-    return static_cast<std::size_t>(h ^ h >> 32);
-  }
   template <class PositionOf>
   std::size_t locate(LatticePoint p, const PositionOf& position_of) const {
     const std::size_t mask = slots_.size() - 1;
-    std::size_t place = hash(p) & mask;
+    std::size_t place = hash_position(p) & mask;
     while (slots_[place] != kEmpty && !(position_of(slots_[place]) == p)) {
       place = (place + 1) & mask;
     }

@@ -78,6 +78,19 @@ struct alignas(32) Simplifier::Ring {
 };
 
 void Simplifier::run(SimplifyMesh& mesh, const SimplifyOptions& options) {
+  collapse_edges(mesh, options);
+  [[maybe_unused]] std::size_t left = 0;
+  for (Triangle& t : mesh.triangles) {
+    const std::uint32_t a = parents_[t[0]], b = parents_[t[1]], c = parents_[t[2]];
+    const bool is_gone = (a == b) | (b == c) | (c == a);
+    const std::uint32_t none = is_gone ? kNone : 0;
+    t = {a | none, b | none, c | none};
+    left += !is_gone;
+  }
+  assert(left == live_ && "collapses take away what they count");
+}
+
+void Simplifier::collapse_edges(const SimplifyMesh& mesh, const SimplifyOptions& options) {
   mesh_ = &mesh;
   options_ = options;
   prepare();
@@ -87,7 +100,8 @@ void Simplifier::run(SimplifyMesh& mesh, const SimplifyOptions& options) {
     if (bound == kRefused) break;
     idle = sweep(bound) == 0 ? idle + 1 : 0;
   }
-  finish();
+  // Whatever a vertex became went later, or not at all.
+  for (auto u = gone_.rbegin(); u != gone_.rend(); ++u) parents_[*u] = parents_[parents_[*u]];
 }
 
 void Simplifier::prepare() {
@@ -265,10 +279,10 @@ void Simplifier::price_further(std::uint32_t u, Ring& ring) const {
   }
 }
 
-/// Whether a triangle of the ring would turn over, or lose its area, with u at the ring's place.
-CORNICE_INLINE bool Simplifier::folds(std::uint32_t place, const Ring& ring) const {
-  const std::size_t of = place / kLanes, lane = place % kLanes;
-  const float tx = ring.x[of][lane], ty = ring.y[of][lane], tz = ring.z[of][lane];
+/// Whether a triangle of the ring would turn over, or lose its area, with u at the ring's place,
+/// which is (tx, ty, tz) from u.
+CORNICE_INLINE bool Simplifier::folds(float tx, float ty, float tz, std::uint32_t place,
+                                      const Ring& ring) const {
   const Int8 in_plan = Int8{} - static_cast<std::int32_t>(options_.in_plan);
   const auto first = static_cast<std::int32_t>(place);
   const auto second = static_cast<std::int32_t>(place == 0 ? ring.count - 1 : place - 1);
@@ -294,11 +308,10 @@ CORNICE_INLINE bool Simplifier::folds(std::uint32_t place, const Ring& ring) con
   return or_of_lanes(bad) != 0;
 }
 
-/// Distance from u to a vertex that it may become.
-CORNICE_INLINE float Simplifier::way(std::uint32_t u, std::uint32_t target) const {
-  const Float4 d = places_[target] - places_[u];
-  const float plan = std::max(std::abs(d[0]), std::abs(d[1]));
-  return options_.in_plan ? plan : std::max(plan, std::abs(d[2]));
+/// Distance from a vertex to one that it may become.
+CORNICE_INLINE float Simplifier::way(float x, float y, float z) const {
+  const float plan = std::max(std::abs(x), std::abs(y));
+  return options_.in_plan ? plan : std::max(plan, std::abs(z));
 }
 
 /// Whether the ring's vertex may become at[place] as far as the neighbours' connections go: the two
@@ -346,7 +359,9 @@ CORNICE_INLINE bool Simplifier::evaluate(std::uint32_t u, bool check_links, Ring
     const float cost = std::bit_cast<float>(bits & ~kPlaceBits);
     if (!(cost <= error_bound)) return false;
     const auto place = static_cast<std::uint32_t>(bits & kPlaceBits);
-    if (way(u, ring.at[place]) <= reach && !folds(place, ring) &&
+    const std::size_t of = place / kLanes, lane = place % kLanes;
+    const float x = ring.x[of][lane], y = ring.y[of][lane], z = ring.z[of][lane];
+    if (way(x, y, z) <= reach && !folds(x, y, z, place, ring) &&
         (!check_links || allowed(place, ring))) {
       states_[u].cost = cost;
       targets_[u] = place;
@@ -384,7 +399,7 @@ CORNICE_INLINE bool Simplifier::collapse(std::uint32_t u, Ring& ring) {
 /// The target's quadric takes on that of u, moved to the target's own place.
 CORNICE_INLINE void Simplifier::add_quadric(std::uint32_t u, std::uint32_t target) {
   const Float4 d = places_[target] - places_[u];
-  places_[target][3] = std::max(places_[target][3], places_[u][3] + way(u, target));
+  places_[target][3] = std::max(places_[target][3], places_[u][3] + way(d[0], d[1], d[2]));
   const Quadric& from = quadrics_[u];
   Quadric& to = quadrics_[target];
   const Float4 s = from.squares, m = from.products, r = from.rest;
@@ -471,21 +486,6 @@ CORNICE_CLONES std::size_t Simplifier::sweep(float bound) {
     }
   }
   return collapsed;
-}
-
-/// What each vertex became in the end, and what became of the triangles.
-void Simplifier::finish() {
-  // Whatever a vertex became went later, or not at all.
-  for (auto u = gone_.rbegin(); u != gone_.rend(); ++u) parents_[*u] = parents_[parents_[*u]];
-  [[maybe_unused]] std::size_t left = 0;
-  for (Triangle& t : mesh_->triangles) {
-    const std::uint32_t a = parents_[t[0]], b = parents_[t[1]], c = parents_[t[2]];
-    const bool is_gone = (a == b) | (b == c) | (c == a);
-    const std::uint32_t none = is_gone ? kNone : 0;
-    t = {a | none, b | none, c | none};
-    left += !is_gone;
-  }
-  assert(left == live_ && "collapses take away what they count");
 }
 
 }  // namespace cornice::hlod

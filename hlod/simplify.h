@@ -51,6 +51,8 @@ class Simplifier {
   /// edge, a triangle twice, or one that faces away from what it replaces; borders of the surface
   /// collapse along themselves only; vertices where the surface is no manifold stay.
   void run(SimplifyMesh& mesh, const SimplifyOptions& options);
+  /// The same, but the triangles stay as they are: parents() says what became of their corners.
+  void collapse_edges(const SimplifyMesh& mesh, const SimplifyOptions& options);
 
   /// Of each vertex the one that it has become, itself where it stays.
   const std::vector<std::uint32_t>& parents() const { return parents_; }
@@ -93,18 +95,17 @@ class Simplifier {
   void locate(std::uint32_t u, Ring& ring) const;
   void price(std::uint32_t u, Ring& ring) const;
   void price_further(std::uint32_t u, Ring& ring) const;
-  bool folds(std::uint32_t place, const Ring& ring) const;
+  bool folds(float tx, float ty, float tz, std::uint32_t place, const Ring& ring) const;
   bool allowed(std::uint32_t place, const Ring& ring) const;
-  float way(std::uint32_t u, std::uint32_t target) const;
+  float way(float x, float y, float z) const;
   bool evaluate(std::uint32_t u, bool check_links, Ring& ring);
   bool collapse(std::uint32_t u, Ring& ring);
   void add_quadric(std::uint32_t u, std::uint32_t target);
   float threshold();
   std::size_t sweep(float bound);
   void prefetch(std::size_t i, std::size_t count) const;
-  void finish();
 
-  SimplifyMesh* mesh_ = nullptr;
+  const SimplifyMesh* mesh_ = nullptr;
   SimplifyOptions options_;
   std::size_t live_ = 0;
   std::uint32_t sweep_ = 0;

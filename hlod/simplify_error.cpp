@@ -247,7 +247,7 @@ void StepError::Crossings::fill_up() {
 /// The edges of a range, without those that are met again from their other side. For which it is
 /// cannot be foretold, so there are no branches, here as below.
 void StepError::list_edges(std::size_t begin, std::size_t end) {
-  edges_.resize(3 * (end - begin) + 1);
+  if (edges_.size() <= 3 * (end - begin)) edges_.resize(3 * (end - begin) + 1);
   Edge* edge = edges_.data();
   const std::uint8_t* const within = within_.data();
   for (std::size_t i = begin; i < end; ++i) {
@@ -255,29 +255,29 @@ void StepError::list_edges(std::size_t begin, std::size_t end) {
     for (std::size_t e = 0; e < 3; ++e) {
       const std::uint32_t from = t[e], to = t[e == 2 ? 0 : e + 1];
       const bool is_again = (from > to) & ((within[from] | within[to]) != 0);
-      edge->a = std::min(from, to), edge->b = std::max(from, to);
+      edge->a = std::min(from, to), edge->b = from ^ to ^ edge->a;
       edge += !is_again;
     }
   }
-  edges_.resize(static_cast<std::size_t>(edge - edges_.data()));
+  edge_count_ = static_cast<std::size_t>(edge - edges_.data());
 }
 
 /// Takes the edges apart: those that pass over one coarse edge, others, and those with both feet on
 /// one triangle, which pass over none. Every vertex has an edge, so all distances are seen here.
-CORNICE_CLONES void StepError::find_crossings() {
+void StepError::find_crossings() {
   // Places of the corners that two triangles share, by their bits.
   constexpr std::array<std::uint8_t, 8> kFirst{0, 0, 1, 0, 2, 0, 1, 0};
   constexpr std::array<std::uint8_t, 8> kSecond{0, 0, 0, 1, 0, 2, 2, 0};
   constexpr unsigned kTwo = 1u << 3 | 1u << 5 | 1u << 6;
   once_.count = 0;
-  once_.make_room(edges_.size());
+  once_.make_room(edge_count_);
   std::uint32_t *const to_a = once_.a.data(), *const to_b = once_.b.data();
   std::uint32_t *const to_p = once_.p.data(), *const to_q = once_.q.data();
   const Foot* const feet = feet_.data();
   Edge* const edges = edges_.data();
   std::size_t count = 0, others = 0;
   Int4 most{};  // bits of floats from 0 on are ordered as these are; the others mean nothing
-  for (std::size_t i = 0; i < edges_.size(); ++i) {
+  for (std::size_t i = 0; i < edge_count_; ++i) {
     const std::uint32_t a = edges[i].a, b = edges[i].b;
     Int4 of_a, of_b;
     load_lanes(feet + a, of_a);
@@ -296,13 +296,14 @@ CORNICE_CLONES void StepError::find_crossings() {
     const bool is_once = passes & ((kTwo >> bits & 1) != 0);
     const Triangle& corners = feet[a].corners;
     const std::uint32_t p = corners[kFirst[bits]], q = corners[kSecond[bits]];
-    to_a[count] = a, to_b[count] = b, to_p[count] = std::min(p, q), to_q[count] = std::max(p, q);
+    const std::uint32_t low = std::min(p, q);
+    to_a[count] = a, to_b[count] = b, to_p[count] = low, to_q[count] = p ^ q ^ low;
     count += is_once;
     edges[others] = {a, b, ends ? first_of_b : p};
     others += passes & !is_once;
   }
   once_.count = count;
-  edges_.resize(others);
+  edge_count_ = others;
   error_ = std::max(error_, std::bit_cast<float>(static_cast<std::int32_t>(most[3])));
 }
 
@@ -426,10 +427,10 @@ void StepError::add(std::size_t begin, std::size_t end) {
   list_edges(begin, end);
   find_crossings();
   twice_.count = 0;
-  once_.make_room(edges_.size()), twice_.make_room(edges_.size());
+  once_.make_room(edge_count_), twice_.make_room(edge_count_);
   const VertexLinks& links = simplifier_->links();
-  for (std::size_t i = 0; i < edges_.size(); ++i) {
-    links.prefetch(edges_[std::min(i + kEdgesAhead, edges_.size() - 1)].middle);
+  for (std::size_t i = 0; i < edge_count_; ++i) {
+    links.prefetch(edges_[std::min(i + kEdgesAhead, edge_count_ - 1)].middle);
     pass(edges_[i]);
   }
   settle_crossings();

@@ -112,6 +112,7 @@ class StepError {
   // that a way is looked for, and the largest distance so far.
   Crossings once_, twice_;
   std::vector<Edge> edges_;
+  std::size_t edge_count_ = 0;
   std::vector<Far> far_;
   float error_ = 0;
 };

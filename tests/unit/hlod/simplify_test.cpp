@@ -12,6 +12,9 @@
 #include "core/mesh/surface_distance.h"
 #include "core/mesh/topology.h"
 #include "core/mesh/triangle_tree.h"
+#include "hlod/octahedral.h"
+#include "hlod/octahedral_lanes.h"
+#include "hlod/position_table.h"
 #include "hlod/simplify_error.h"
 #include "tests/support/meshes.h"
 
@@ -314,8 +317,47 @@ TEST(StepError, IsTheLargestOfItsPartsHoweverCut) {
       largest = std::max(largest, error.of(t, std::min(t + 7, input.triangles.size())));
     }
     EXPECT_FLOAT_EQ(largest, whole);
+    error.begin_part();
+    for (std::size_t t = 0; t < input.triangles.size(); t += 7) {
+      error.add(t, std::min(t + 7, input.triangles.size()));
+    }
+    EXPECT_EQ(whole, error.end_part());
     error.prepare(simplifier, fine, input.triangles, shared);
     EXPECT_EQ(whole, error.of(0, input.triangles.size()));
+  }
+}
+
+TEST(PositionFilter, CallsNoPointAloneThatItHasTwiceAndMostOthers) {
+  PositionFilter filter;
+  constexpr std::int32_t kCount = 2000;
+  const auto point = [](std::int32_t i) { return LatticePoint{i, 7 * i, -i / 3}; };
+  filter.reset(kCount);
+  for (std::int32_t i = 0; i < kCount; ++i) filter.add(point(i));
+  for (std::int32_t i = 0; i < kCount; i += 10) filter.add(point(i));
+  int alone = 0;
+  for (std::int32_t i = 0; i < kCount; ++i) {
+    const bool is_alone = filter.is_alone(point(i));
+    EXPECT_FALSE(is_alone && i % 10 == 0) << i;
+    alone += is_alone;
+  }
+  EXPECT_GT(alone, kCount * 7 / 10);
+}
+
+TEST(Octahedral, DecodesEightAtATimeAsOneByOne) {
+  for (const int bits : {8, 10}) {
+    const int limit = octahedral_limit(bits);
+    for (int i = -limit; i <= limit; ++i) {
+      NormalLanes lanes;
+      for (std::size_t k = 0; k < NormalLanes::kCount; ++k) {
+        lanes.i[k] = i, lanes.j[k] = static_cast<int>(k) * limit / 4 - limit;
+      }
+      decode_octahedral(lanes, bits);
+      for (std::size_t k = 0; k < NormalLanes::kCount; ++k) {
+        const Vec3f n = decode_octahedral(
+            {static_cast<std::int16_t>(i), static_cast<std::int16_t>(lanes.j[k])}, bits);
+        EXPECT_EQ(n, (Vec3f{lanes.x[k], lanes.y[k], lanes.z[k]})) << i << " " << lanes.j[k];
+      }
+    }
   }
 }
 
