@@ -65,22 +65,26 @@ Picture averaged(const Picture& fine) {
   return picture;
 }
 
-/// Of pixels, by the channel that differs most, of 255.
+/// Of pixels with ground, by the channel that differs most, of 255. Sky, which is always the same,
+/// does not count.
 class Difference {
  public:
-  void add(const Picture& a, const Picture& b) {
-    double of_view = 0.0;
+  void add(const Picture& a, const Picture& b, const std::vector<bool>& has_ground) {
+    double of_view = 0.0, pixels = 0.0;
     for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+      if (!has_ground[i]) continue;
       int apart = 0;
       for (std::size_t c = 0; c < 3; ++c)
         apart = std::max(apart, std::abs(int{a.pixels[i][c]} - int{b.pixels[i][c]}));
       of_view += apart;
       within_ += apart <= 16 ? 1.0 : 0.0;
+      pixels += 1.0;
     }
     sum_ += of_view;
-    pixels_ += static_cast<double>(a.pixels.size());
-    worst_ = std::max(worst_, of_view / static_cast<double>(a.pixels.size()));
+    pixels_ += pixels;
+    if (pixels > 0.0) worst_ = std::max(worst_, of_view / pixels);
   }
+  double pixels() const { return pixels_; }
   double mean() const { return sum_ / pixels_ / 255.0; }
   double worst() const { return worst_ / 255.0; }  ///< of a picture's means
   double share_within_16() const { return within_ / pixels_; }
@@ -112,6 +116,20 @@ class Easel {
     session_.draw(fine_.framebuffer(), fine_.width(), fine_.height(), camera, 0.0, {});
     return averaged(viewer::read_picture(fine_));
   }
+  /// By pixel of the last picture that was not averaged, whether there is ground in it.
+  std::vector<bool> ground() {
+    glBlitNamedFramebuffer(drawn_.framebuffer(), resolved_.framebuffer(), 0, 0, kWidth, kHeight, 0,
+                           0, kWidth, kHeight, GL_DEPTH_BUFFER_BIT, GL_NEAREST);
+    std::vector<float> depths(std::size_t{kWidth} * kHeight);
+    glGetTextureImage(resolved_.depth(), 0, GL_DEPTH_COMPONENT, GL_FLOAT,
+                      static_cast<GLsizei>(depths.size() * sizeof(float)), depths.data());
+    std::vector<bool> has_ground;
+    has_ground.reserve(depths.size());
+    // OpenGL's first row is the lowest.
+    for (std::size_t y = kHeight; y-- > 0;)
+      for (std::size_t x = 0; x < kWidth; ++x) has_ground.push_back(depths[y * kWidth + x] > 0.0f);
+    return has_ground;
+  }
   /// Of the last picture that was not averaged.
   double triangles() const { return static_cast<double>(triangles_); }
 
@@ -131,17 +149,20 @@ class Easel {
 void measure_likeness(const std::filesystem::path& file, std::uint64_t seed, Result& result) {
   Easel easel(file);
   Difference of_pictures, of_averaged, of_shifted;
-  double chosen = 0.0, finest = 0.0;
+  double chosen = 0.0, finest = 0.0, all = 0.0;
   for (const viewer::Camera& camera : scene_views(easel.box(), seed)) {
     const Picture picture = easel.draw(camera, kErrorPixels);
     chosen += easel.triangles();
     const Picture truth = easel.draw(camera, kFinest);
     finest += easel.triangles();
-    of_pictures.add(picture, truth);
-    of_shifted.add(easel.draw(shifted(camera, kShiftPixels), kFinest), truth);
-    of_averaged.add(easel.draw_averaged(camera, kErrorPixels),
-                    easel.draw_averaged(camera, kFinest));
+    const std::vector<bool> ground = easel.ground();
+    of_pictures.add(picture, truth, ground);
+    of_shifted.add(easel.draw(shifted(camera, kShiftPixels), kFinest), truth, ground);
+    of_averaged.add(easel.draw_averaged(camera, kErrorPixels), easel.draw_averaged(camera, kFinest),
+                    ground);
+    all += static_cast<double>(ground.size());
   }
+  result.figure("picture_ground_share", of_pictures.pixels() / all);
   result.figure("picture_mean_error", of_pictures.mean());
   result.figure("picture_mean_error_worst", of_pictures.worst());
   result.figure("picture_share_within_16", of_pictures.share_within_16());
