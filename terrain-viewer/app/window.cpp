@@ -42,6 +42,7 @@ class WindowApp {
         settings_(std::move(settings.settings)),
         window_(parse_size(options.size)),
         session_(options) {
+    if (auto second = window_.second()) session_.make_room_ahead(std::move(second));
     panels_.message = settings.problem;
     panels_.shows_layers = settings_.shows_layers;
     panels_.shows_frames = settings_.shows_frames;

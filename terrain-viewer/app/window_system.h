@@ -9,13 +9,32 @@
 #include <backends/imgui_impl_opengl3.h>
 #include <imgui.h>
 
+#include <memory>
 #include <string>
 
 #include "core/base/error.h"
 #include "terrain-viewer/app/options.h"
+#include "terrain-viewer/render/cell_page.h"
 #include "terrain-viewer/render/offscreen_context.h"
 
 namespace cornice::viewer {
+
+/// That of a hidden window. GLFW wants windows made and ended on the main thread.
+class SecondWindowContext : public SecondContext {
+ public:
+  explicit SecondWindowContext(GLFWwindow* window) : window_(window) {}
+  ~SecondWindowContext() override { glfwDestroyWindow(window_); }
+  SecondWindowContext(const SecondWindowContext&) = delete;
+  SecondWindowContext& operator=(const SecondWindowContext&) = delete;
+  bool make_current() override {
+    glfwMakeContextCurrent(window_);
+    return glfwGetCurrentContext() == window_;
+  }
+  void release() override { glfwMakeContextCurrent(nullptr); }
+
+ private:
+  GLFWwindow* window_;
+};
 
 /// GLFW, its window and ImGui, from the first to the last.
 class WindowSystem {
@@ -56,6 +75,19 @@ class WindowSystem {
   WindowSystem(const WindowSystem&) = delete;
   WindowSystem& operator=(const WindowSystem&) = delete;
   GLFWwindow* get() const { return window_; }
+
+  /// Shares its objects with the window's, and must end before it; null where the driver has none.
+  std::unique_ptr<SecondContext> second() const {
+    glfwWindowHint(GLFW_VISIBLE, GLFW_FALSE);
+    GLFWwindow* hidden = glfwCreateWindow(1, 1, "Cornice", nullptr, window_);
+    glfwWindowHint(GLFW_VISIBLE, GLFW_TRUE);
+    if (hidden == nullptr) return nullptr;
+    auto context = std::make_unique<SecondWindowContext>(hidden);
+    const bool works = context->make_current();
+    glfwMakeContextCurrent(window_);
+    if (!works) return nullptr;
+    return context;
+  }
 
  private:
   GLFWwindow* window_ = nullptr;
