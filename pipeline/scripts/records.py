@@ -54,9 +54,11 @@ def write_text(target, text):
         with open(partial, "w", encoding="utf-8") as file:
             file.write(text)
         os.replace(partial, target)
-    except BaseException:
+    except BaseException as error:
         with contextlib.suppress(FileNotFoundError):
             os.remove(partial)
+        if isinstance(error, OSError):
+            error.filename = target
         raise
 
 

@@ -199,11 +199,11 @@ class Survey(unittest.TestCase):
 
     def test_says_in_one_line_what_cannot_be_written(self):
         # As a full disk would have it, which a test cannot make.
-        os.makedirs(os.path.join(self.folder, "out", "report.html.partial"))
+        os.makedirs(os.path.join(self.folder, "out", "report.html"))
         code, text, _ = self.run_it("--until", "info")
         self.assertEqual(code, 1)
         self.assertNotIn("Traceback", text)
-        self.assertIn("report.html.partial: is a directory", text)
+        self.assertIn("report.html: is a directory", text)
 
     def test_stops_at_the_first_failure_where_asked(self):
         for name in "abc":
