@@ -39,7 +39,11 @@ CORNICE_INLINE void set_difference(const Int4& a, const Int4& b, Double4& to) {
 }
 
 CORNICE_INLINE void set_turned(const Double4& v, Double4& to) {
+#if defined(__clang__) || __GNUC__ >= 12  // as in lanes.h
+  to = __builtin_shufflevector(v, v, 1, 2, 0, 3);
+#else
   to = Double4{v[1], v[2], v[0], v[3]};
+#endif
 }
 
 CORNICE_CLONES
