@@ -2,9 +2,6 @@
 #include "core/base/parallel.h"
 
 #include <sched.h>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <atomic>
@@ -13,6 +10,8 @@
 #include <limits>
 #include <mutex>
 #include <thread>
+
+#include "core/base/workers.h"
 
 namespace cornice {
 namespace {
@@ -90,15 +89,7 @@ void parallel_for(std::size_t count, std::size_t grain, int threads,
   if (workers == 1) {
     ranges.work();
   } else {
-    // An arena of its own bounds the threads and keeps a waiting thread from picking up unrelated
-    // outer work.
-    tbb::task_arena arena(static_cast<int>(workers));
-    arena.execute([&] {
-      tbb::parallel_for(
-          tbb::blocked_range<std::size_t>(0, workers, 1),
-          [&](const tbb::blocked_range<std::size_t>&) { ranges.work(); },
-          tbb::simple_partitioner());
-    });
+    run_on_workers(workers, [&] { ranges.work(); });
   }
   ranges.rethrow();
 }
