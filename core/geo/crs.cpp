@@ -70,9 +70,8 @@ int epsg_code(const OGRSpatialReference& srs, const char* node) {
 /// (documentation of proj_identify).
 constexpr int kEquivalentConfidence = 70;
 
-/// EPSG code of a horizontal CRS that carries none; 0 where PROJ finds no equal in its database, or
-/// several that are equally good.
-int identify_epsg(const OGRSpatialReference& horizontal) {
+/// 0 where PROJ finds no equal in its database, or several that are equally good.
+int best_match(const OGRSpatialReference& horizontal) {
   int count = 0;
   int* confidence = nullptr;
   OGRSpatialReferenceH* matches =
@@ -92,6 +91,20 @@ int identify_epsg(const OGRSpatialReference& horizontal) {
   OSRFreeSRSArray(matches);
   CPLFree(confidence);
   return ambiguous ? 0 : code;
+}
+
+/// EPSG code of a horizontal CRS that carries none or a wrong one; 0 where there is none.
+int identify_epsg(const OGRSpatialReference& horizontal) {
+  const int code = best_match(horizontal);
+  if (code != 0 || !horizontal.IsProjected()) return code;
+  // PROJ before 9.2 looks no further where it knows the name, though for something else: a system
+  // in feet may bear that of its namesake in metres.
+  OGRSpatialReference nameless(horizontal);
+  nameless.SetNode("PROJCS", "unknown");
+  OGR_SRSNode* root = nameless.GetRoot();
+  if (root == nullptr) return 0;
+  if (const int id = root->FindChild("AUTHORITY"); id >= 0) root->DestroyChild(id);
+  return best_match(nameless);
 }
 
 /// The code itself where its definition has the unit of `horizontal`, else 0: files name the code

@@ -17,14 +17,6 @@ struct SystemRelease {
 };
 using System = std::unique_ptr<std::remove_pointer_t<OGRSpatialReferenceH>, SystemRelease>;
 
-struct TransformationDestroy {
-  void operator()(OGRCoordinateTransformationH transformation) const {
-    OCTDestroyCoordinateTransformation(transformation);
-  }
-};
-using Transformation =
-    std::unique_ptr<std::remove_pointer_t<OGRCoordinateTransformationH>, TransformationDestroy>;
-
 /// In plan alone; null where PROJ does not know it.
 System plan_of(const Crs& crs) {
   System system(crs.empty() ? nullptr : OSRNewSpatialReference(crs.wkt.c_str()));
@@ -37,16 +29,28 @@ System plan_of(const Crs& crs) {
 
 }  // namespace
 
-std::optional<Vec3d> transformed(Vec3d position, const Crs& from, const Crs& to) {
+PlanTransform::PlanTransform(const Crs& from, const Crs& to) {
   const QuietGdal quiet;
   const System source = plan_of(from), target = plan_of(to);
-  if (!source || !target) return std::nullopt;
-  const Transformation way(OCTNewCoordinateTransformation(source.get(), target.get()));
-  if (!way) return std::nullopt;
+  if (!source || !target) return;
+  if (void* way = OCTNewCoordinateTransformation(source.get(), target.get()))
+    way_ = {way, [](void* made) {
+              OCTDestroyCoordinateTransformation(static_cast<OGRCoordinateTransformationH>(made));
+            }};
+}
+
+std::optional<Vec3d> PlanTransform::operator()(Vec3d position) const {
+  if (!way_) return std::nullopt;
+  const QuietGdal quiet;
   double x = position.x, y = position.y, z = 0.0;
-  const bool done = OCTTransform(way.get(), 1, &x, &y, &z) != 0;
+  const bool done =
+      OCTTransform(static_cast<OGRCoordinateTransformationH>(way_.get()), 1, &x, &y, &z) != 0;
   if (!done || !std::isfinite(x) || !std::isfinite(y)) return std::nullopt;
   return Vec3d{x, y, position.z};
+}
+
+std::optional<Vec3d> transformed(Vec3d position, const Crs& from, const Crs& to) {
+  return PlanTransform(from, to)(position);
 }
 
 }  // namespace cornice

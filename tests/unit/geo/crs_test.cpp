@@ -195,12 +195,12 @@ TEST(CrsFromGeotiffKeys, ReadsKeysThatAreFollowedByEmptyOnesDoubledOrOutOfOrder)
   EXPECT_EQ(crs->text(), "EPSG:32617");
 }
 
-TEST(CrsFromGeotiffKeys, DoesNotClaimAMetricCodeForCoordinatesInFeet) {
+TEST(CrsFromGeotiffKeys, TakesTheCodeInFeetWhereThatOfTheSystemInMetresIsNamed) {
   const auto crs = crs_from_geotiff_keys(
       key_record({{1024, 0, 1, 1}, {3072, 0, 1, 26995}, {3076, 0, 1, 9003}}), {}, "");
   ASSERT_TRUE(crs);
   EXPECT_NEAR(crs->metres_per_unit, 1200.0 / 3937.0, 1e-12);
-  EXPECT_NE(crs->horizontal_epsg, 26995);
+  EXPECT_EQ(crs->horizontal_epsg, 2255);
 }
 
 TEST(CrsFromGeotiffKeys, SurvivesRecordsThatPointPastTheirEnd) {
