@@ -165,6 +165,12 @@ Option& Option::advanced() {
   advanced_ = true;
   return *this;
 }
+Option& Option::ending(std::string accepted) {
+  assert(std::holds_alternative<fs::path*>(field_) && "an ending is for a path");
+  ending_ = std::move(accepted);
+  return *this;
+}
+
 Option& Option::words(std::vector<std::string> accepted) {
   assert(std::holds_alternative<std::string*>(field_) && "words are for a string");
   words_ = std::move(accepted);
@@ -331,6 +337,10 @@ std::optional<std::string> Option::broken_rule() const {
     const std::string accepted = range_text();
     const std::string rule = accepted[0] == 'a' ? "must be " : "must be in ";
     return rule + accepted + ", but is " + number_text(value);
+  }
+  if (const auto* path = std::get_if<fs::path*>(&field_);
+      path != nullptr && !ending_.empty() && !(*path)->empty() && (*path)->extension() != ending_) {
+    return "must end in " + ending_ + ", but is " + (*path)->string();
   }
   if (const Choice* choice = std::get_if<Choice>(&field_);
       choice != nullptr && choice->get() >= choice->names.size()) {

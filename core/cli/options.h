@@ -68,6 +68,8 @@ class Option {
   Option& output();            ///< a file or folder to write; see check_output() in stage.h
   Option& group(std::string);  ///< heading in the help text
   Option& advanced();          ///< shown by --help-all only
+  Option& ending(
+      std::string accepted);  ///< for a path: what its name ends in, ".ply", if it is given
   Option& words(std::vector<std::string> accepted);  ///< for a string: the values it may have
 
   const std::string& name() const { return name_; }
@@ -117,6 +119,7 @@ class Option {
   bool low_open_ = false;
   char short_flag_ = '\0';
   bool positional_ = false;
+  std::string ending_;
   bool required_ = false;
   bool output_ = false;
   bool advanced_ = false;

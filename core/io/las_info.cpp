@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "core/base/error.h"
+#include "core/geo/known_crs.h"
 #include "core/geo/product_name.h"
 #include "core/io/byte_source.h"
 #include "core/io/las.h"
@@ -36,7 +37,7 @@ std::string wkt_text(const LasInfo& info) {
 std::optional<Crs> crs_of_wkt(const LasInfo& info, const std::string& name) {
   const std::string text = wkt_text(info);
   if (text.empty()) return std::nullopt;
-  std::optional<Crs> crs = crs_from_wkt(text);
+  std::optional<Crs> crs = known_crs_from_wkt(text);
   if (!crs) {
     throw InputError(name, "has a coordinate system that cannot be read (record 2112, WKT '" +
                                text.substr(0, 40) + "'); give the right one with --crs");
@@ -60,7 +61,7 @@ std::optional<Crs> crs_of_keys(LasInfo& info, const std::string& name) {
   if (keys == nullptr) return std::nullopt;
   const LasVlr* doubles = find_vlr(info, kProjectionUser, 34736);
   const LasVlr* ascii = find_vlr(info, kProjectionUser, 34737);
-  std::optional<Crs> crs = crs_from_geotiff_keys(
+  std::optional<Crs> crs = known_crs_from_geotiff_keys(
       keys->data, doubles != nullptr ? doubles->data : std::vector<std::uint8_t>{},
       ascii != nullptr ? as_text(ascii->data) : "");
   if (crs && !crs->empty()) return crs;
@@ -111,7 +112,7 @@ bool has_vertical(const Crs& crs) {
 void take_crs_of_name(LasInfo& info) {
   const auto product = parse_product_name(info.path.filename().string());
   if (!product || product->crs_text.empty()) return;
-  const Crs named = crs_from_text(product->crs_text);
+  const Crs named = known_crs_from_text(product->crs_text);
   if (info.crs.empty()) {
     info.crs = named;
     info.crs_source = "file name";
@@ -136,7 +137,7 @@ LasInfo read_las_info(const std::filesystem::path& path, const LasOpenOptions& o
   info.zipped = !opened.zip_member.empty();
   info.zip_member = opened.zip_member;
   if (!options.crs_override.empty()) {
-    info.crs = crs_from_text(options.crs_override);
+    info.crs = known_crs_from_text(options.crs_override);
     info.crs_source = "option";
   } else {
     try {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -22,6 +23,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/base/write_problem.h"
 #include "core/io/ply.h"
 
 namespace cornice {
@@ -30,13 +32,12 @@ namespace {
 namespace fs = std::filesystem;
 
 [[noreturn]] void fail(const fs::path& path) {
-  throw RunError(path.string(),
-                 "cannot be written: the disk is full or the folder is read-only; free some space "
-                 "or write elsewhere");
+  throw RunError(path.string(), "cannot be written: " + write_problem(errno));
 }
 
 void write_obj(const fs::path& path, const Mesh& mesh, Vec3d frame) {
   AtomicFile file(path);
+  errno = 0;
   std::ofstream out(file.path(), std::ios::binary);
   out << obj_comments(frame, mesh.crs_text);
   for (const Vec3f& p : mesh.positions)
@@ -186,6 +187,7 @@ void write_glb(const fs::path& path, const Mesh& mesh, Vec3d frame) {
   std::ofstream out(file.path(), std::ios::binary);
   const tinygltf::Model model = to_gltf(mesh, frame);
   tinygltf::TinyGLTF writer;
+  errno = 0;
   if (!writer.WriteGltfSceneToStream(&model, out, false, true)) fail(path);
   out.close();
   if (!out) fail(path);

@@ -16,11 +16,11 @@
 #include <limits>
 #include <span>
 #include <string>
-#include <system_error>
 #include <utility>
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/write_problem.h"
 #include "core/io/ply_header.h"
 #include "core/io/ply_records.h"
 #include "core/io/ply_stream.h"
@@ -166,8 +166,7 @@ class ScratchFile {
 
  private:
   [[noreturn]] static void fail(const std::string& name) {
-    throw RunError(name,
-                   "vertices cannot be kept there: " + std::generic_category().message(errno));
+    throw RunError(name, "vertices cannot be kept there: " + write_problem(errno));
   }
 
   std::string folder_;

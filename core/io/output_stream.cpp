@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <system_error>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/write_problem.h"
 
 namespace cornice {
 namespace {
@@ -105,8 +105,7 @@ OutputStream::OutputStream(std::filesystem::path target)
 
 void OutputStream::check() const {
   if (buffer_.error() == 0) return;
-  throw RunError(name(), "cannot be written: " + std::generic_category().message(buffer_.error()) +
-                             "; free some space or write elsewhere, then run again");
+  throw RunError(name(), "cannot be written: " + write_problem(buffer_.error()));
 }
 
 void OutputStream::put(std::span<const std::uint8_t> bytes) {

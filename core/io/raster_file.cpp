@@ -11,7 +11,6 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
-#include <map>
 #include <mutex>
 #include <system_error>
 #include <utility>
@@ -19,6 +18,7 @@
 
 #include "core/base/error.h"
 #include "core/geo/gdal_handles.h"
+#include "core/geo/known_crs.h"
 #include "core/geo/product_name.h"
 #include "core/io/gdal_messages.h"
 
@@ -114,27 +114,16 @@ bool read_grid(const fs::path& path, GDALDatasetH dataset, RasterHead& head) {
   return south_up;
 }
 
-/// The system that a product's file names say. A survey's tiles say the same one, and PROJ takes
-/// 10 ms to look it up.
-Crs product_crs(const std::string& text) {
-  static std::mutex mutex;
-  static std::map<std::string, Crs> known;
-  const std::lock_guard lock(mutex);
-  const auto [entry, is_new] = known.try_emplace(text);
-  if (is_new) entry->second = crs_from_text(text);
-  return entry->second;
-}
-
 /// The file's own CRS; where it lacks heights or everything, the product's file name says the rest.
 void read_crs(const fs::path& path, GDALDatasetH dataset, RasterHead& head) {
   const char* wkt = GDALGetProjectionRef(dataset);
   if (wkt != nullptr && *wkt != '\0') {
-    if (std::optional<Crs> crs = crs_from_wkt(wkt)) head.crs = *crs;
+    if (std::optional<Crs> crs = known_crs_from_wkt(wkt)) head.crs = *crs;
   }
   head.crs_of = head.crs.empty() ? "" : "file";
   const auto product = parse_product_name(path.filename().string());
   if (!product || product->crs_text.empty() || head.crs.has_vertical) return;
-  const Crs named = product_crs(product->crs_text);
+  const Crs named = known_crs_from_text(product->crs_text);
   if (head.crs.empty()) head.crs_of = "file name";
   if (head.crs.empty() || same_crs(named, head.crs)) head.crs = named;
 }
