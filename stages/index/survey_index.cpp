@@ -11,6 +11,7 @@
 #include "core/geo/crs.h"
 #include "core/geo/product_name.h"
 #include "core/io/las.h"
+#include "stages/index/box_finder.h"
 #include "stages/index/tile_boxes.h"
 
 namespace cornice::index {
@@ -91,13 +92,20 @@ Opened open_tile(const fs::path& file, const std::string& crs_override) {
   return opened;
 }
 
+bool is_one_file(const fs::path& a, const fs::path& b) {
+  std::error_code ignored;
+  return fs::equivalent(a, b, ignored);
+}
+
 void refuse_equal_names(std::vector<Opened>& tiles) {
   std::map<std::string, fs::path> seen;
   for (Opened& opened : tiles) {
     IndexedTile& tile = opened.tile;
     const auto [place, is_new] = seen.emplace(tile.name, tile.path);
     if (!is_new && tile.problem.empty())
-      tile.problem = "has the name of " + place->second.string() + "; rename one of them";
+      tile.problem = is_one_file(tile.path, place->second)
+                         ? "is given twice; it counts once"
+                         : "has the name of " + place->second.string() + "; rename one of them";
   }
 }
 
@@ -163,13 +171,17 @@ void settle_boxes(std::vector<IndexedTile>& tiles, const std::vector<Opened>& op
 }
 
 void find_neighbours(std::vector<IndexedTile>& tiles, double halo_m) {
+  std::vector<std::size_t> usable;
+  std::vector<Box2d> boxes;
   for (std::size_t i = 0; i < tiles.size(); ++i) {
     if (!tiles[i].problem.empty()) continue;
-    const Box2d reach = tiles[i].box.grown(halo_m);
-    for (std::size_t j = 0; j < tiles.size(); ++j)
-      if (j != i && tiles[j].problem.empty() && reach.intersects(tiles[j].box))
-        tiles[i].neighbours.push_back(j);
+    usable.push_back(i);
+    boxes.push_back(tiles[i].box);
   }
+  const BoxFinder finder(boxes);
+  for (std::size_t i = 0; i < usable.size(); ++i)
+    for (const std::size_t j : finder.touching(boxes[i].grown(halo_m)))
+      if (j != i) tiles[usable[i]].neighbours.push_back(usable[j]);
 }
 
 json box_json(const Box2d& b) { return {b.min_x, b.min_y, b.max_x, b.max_y}; }

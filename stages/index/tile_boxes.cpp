@@ -8,6 +8,8 @@
 #include <map>
 #include <utility>
 
+#include "stages/index/box_finder.h"
+
 namespace cornice::index {
 namespace {
 
@@ -86,8 +88,8 @@ class SharedEdges {
     join(a, b);
   }
   bool faces(std::size_t edge) const { return faces_[edge]; }
-  std::size_t root(std::size_t edge) const {
-    while (parent_[edge] != edge) edge = parent_[edge];
+  std::size_t root(std::size_t edge) {
+    while (parent_[edge] != edge) edge = parent_[edge] = parent_[parent_[edge]];
     return edge;
   }
 
@@ -124,9 +126,12 @@ void close_seams(std::vector<Box2d>& boxes, const std::vector<std::size_t>& orde
                  double seam_m) {
   SharedEdges shared(boxes.size());
   std::vector<Border> borders;
+  std::vector<Box2d> in_order;
+  for (const std::size_t i : order) in_order.push_back(boxes[i]);
+  const BoxFinder finder(in_order);
   for (std::size_t m = 0; m < order.size(); ++m) {
-    for (std::size_t n = m + 1; n < order.size(); ++n) {
-      if (boxes[order[n]].min_x > boxes[order[m]].max_x + seam_m) break;
+    for (const std::size_t n : finder.touching(in_order[m].grown(seam_m))) {
+      if (n <= m) continue;
       const auto border = border_between(boxes, order[m], order[n], seam_m);
       if (!border) continue;
       borders.push_back(*border);
@@ -196,14 +201,15 @@ TileBoxes lay_out(const std::vector<Footprint>& footprints, double step_m, doubl
   std::stable_sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) {
     return std::pair(first[i].min_x, first[i].min_y) < std::pair(first[j].min_x, first[j].min_y);
   });
+  const BoxFinder finder(first);
   for (std::size_t i = 0; i < order.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j)
-      if (result.inside[j] == kNobody && holds_middle(first[j], first[i]) &&
+    for (const std::size_t j : finder.touching(first[i]))
+      if (j < i && result.inside[j] == kNobody && holds_middle(first[j], first[i]) &&
           holds_middle(first[i], first[j]))
         result.inside[i] = j;
   // A border between a tile and what lies in it would cut the tile through its whole length.
   for (std::size_t i = 0; i < order.size(); ++i)
-    for (std::size_t j = 0; j < order.size(); ++j)
+    for (const std::size_t j : finder.touching(first[i]))
       if (i != j && result.inside[i] == kNobody && result.inside[j] == kNobody &&
           holds_all(first[j], first[i]))
         result.inside[i] = j;

@@ -119,6 +119,14 @@ TEST(SurveyIndex, RefusesTheSecondTileOverTheSameGroundAndOfTheSameName) {
   EXPECT_THAT(tile_named(survey, "again").problem, HasSubstr("covers the ground of"));
 }
 
+TEST(SurveyIndex, CountsATileOnceThatIsGivenTwice) {
+  const TemporaryFolder folder;
+  const fs::path tile = made_tile(folder / "t.laz", 600000, 200000, 100.0);
+  const SurveyIndex survey = index_survey({tile, folder.path() / "." / "t.laz"}, {});
+  ASSERT_EQ(survey.tiles.size(), 2u);
+  EXPECT_EQ(survey.tiles[0].problem + survey.tiles[1].problem, "is given twice; it counts once");
+}
+
 TEST(SurveyIndex, RefusesDegrees) {
   const TemporaryFolder folder;
   EXPECT_THROW(index_survey({made_tile(folder / "a.laz", 7, 46, 0.1, "EPSG:4326")}, {}),
