@@ -45,13 +45,12 @@ int main(int argc, char** argv) {
   stage.description = "Splits a survey's points into flight lines and finds the sensor's path";
   stage.options = {
       Option("TILES", tiles, "LAS, LAZ or COPC files of one survey").positional().required(),
-      output_option(output, "GeoPackage, .gpkg; a .json of the same name is written beside it")};
+      output_option(output, "GeoPackage, .gpkg; a .json of the same name is written beside it")
+          .ending(".gpkg")};
   stage.add(lines::describe_options(options), "Flight lines");
   stage.examples = {"cornice-flightlines tiles/*.laz -o lines.gpkg",
                     "cornice-flightlines tile.laz -o lines.gpkg --crs EPSG:2056+5728"};
   stage.run = [&](StageContext& context) {
-    if (output.extension() != ".gpkg")
-      throw UsageError("--output", "must end in .gpkg, but is " + output.string());
     std::filesystem::path json = output;
     json.replace_extension(".json");
     check_output(json, context.options);

@@ -180,6 +180,23 @@ void estimate_survey(BinSet&& bins, const SheetPairs& pairs, const SurveyOptions
   survey.estimate_s += seconds_since(start);
 }
 
+namespace {
+
+/// By whatever name: "tile.laz", "./tile.laz", a link.
+void refuse_what_is_named_twice(const std::vector<std::filesystem::path>& files) {
+  std::vector<std::filesystem::path> named;
+  for (const auto& file : files) {
+    std::error_code ignored;
+    const auto canonical = std::filesystem::weakly_canonical(file, ignored);
+    named.push_back(canonical.empty() ? file : canonical);
+  }
+  std::sort(named.begin(), named.end());
+  if (const auto twice = std::adjacent_find(named.begin(), named.end()); twice != named.end())
+    throw UsageError("TILES", twice->string() + " is named twice");
+}
+
+}  // namespace
+
 SurveyLines find_survey_lines(const std::vector<std::filesystem::path>& files,
                               const SurveyOptions& options, MemoryBudget& memory,
                               Progress& progress) {
@@ -187,8 +204,7 @@ SurveyLines find_survey_lines(const std::vector<std::filesystem::path>& files,
   std::vector<std::filesystem::path> sorted = files;
   std::sort(sorted.begin(), sorted.end());
   SurveyLines survey;
-  if (const auto twice = std::adjacent_find(sorted.begin(), sorted.end()); twice != sorted.end())
-    throw UsageError("TILES", twice->string() + " is named twice");
+  refuse_what_is_named_twice(sorted);
   std::vector<LasInfo> infos;
   for (const auto& file : sorted) {
     infos.push_back(read_las_info(file, {.crs_override = options.crs}));

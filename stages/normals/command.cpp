@@ -2,6 +2,7 @@
 #include "stages/normals/command.h"
 
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "core/cli/stage.h"
 
@@ -70,7 +71,7 @@ std::vector<Option> describe(Command& c) {
       Option("neighbours", c.input.neighbours, "the tiles around, for the halo"),
       Option("flightlines", c.flight_lines, "what cornice-flightlines wrote, .gpkg or .json")
           .required(),
-      output_option(c.output, "oriented points, .ply"),
+      output_option(c.output, "oriented points, .ply").ending(".ply"),
       Option("las", c.las, "also the tile's points as LAS or LAZ, normals as extra bytes").output(),
       Option("keep-halo", c.options.keep_halo, "put out the halo's points, too, marked"),
   };
@@ -106,13 +107,44 @@ ClassRules class_rules(const Command& command, std::string& name) {
   return built_in_rules(name);
 }
 
-void report_counts(const Counts& counts, Report& report) {
+namespace {
+
+nlohmann::json by_class(const std::array<std::size_t, 256>& counts) {
+  nlohmann::json object = nlohmann::json::object();
+  for (std::size_t code = 0; code < counts.size(); ++code)
+    if (counts[code] > 0) object[std::to_string(code)] = counts[code];
+  return object;
+}
+
+/// Why nothing is left, and what to do where the class rules are the reason.
+std::string why_nothing_is_left(const FilterCounts& counts, const std::string& rules) {
+  if (counts.other_class == 0 || counts.kept > 0)
+    return "no oriented points are left; see the counts";
+  std::string there, codes;
+  for (std::size_t code = 0; code < counts.dropped_by_class.size(); ++code) {
+    if (counts.dropped_by_class[code] == 0) continue;
+    there += (there.empty() ? "" : ", ") + std::to_string(counts.dropped_by_class[code]) +
+             " of class " + std::to_string(code);
+  }
+  if (counts.dropped_by_class[0] > 0) codes = "0";
+  if (counts.dropped_by_class[1] > 0) codes += codes.empty() ? "1" : ",1";
+  if (codes.empty()) codes = "A,B";
+  return "no points are left: there are " + there + ", and the class rules (" + rules +
+         ") keep none of these; take those of the ground by --classes " + codes +
+         ", in a configuration by normals: {classes: [{keep: [" + codes + "]}]}";
+}
+
+}  // namespace
+
+void report_counts(const Counts& counts, const std::string& rules, Report& report) {
   report.count("points", counts.put_out);
   report.count("read", counts.read);
   report.count("withheld", counts.filter.withheld);
   report.count("synthetic", counts.filter.synthetic);
   report.count("noise", counts.filter.noise);
   report.count("other class", counts.filter.other_class);
+  report.quality("kept by class", by_class(counts.filter.kept_by_class));
+  report.quality("left out by class", by_class(counts.filter.dropped_by_class));
   report.count("duplicates", counts.duplicates);
   report.count("isolated", counts.isolated);
   for (const BeamSource source :
@@ -134,7 +166,7 @@ void report_counts(const Counts& counts, Report& report) {
     report.warn(std::to_string(counts.without_line) +
                 " points belong to no flight line; their beams are taken as vertical");
   }
-  if (counts.put_out == 0) report.warn("no oriented points are left; see the counts");
+  if (counts.put_out == 0) report.warn(why_nothing_is_left(counts.filter, rules));
 }
 
 }  // namespace cornice::normals

@@ -45,7 +45,8 @@ NeighbourRule neighbour_rule(const Command& command);
 /// which they are.
 ClassRules class_rules(const Command& command, std::string& name);
 
-/// Counts of a run, in the report and in words that leave nothing out.
-void report_counts(const Counts& counts, Report& report);
+/// Counts of a run, in the report and in words that leave nothing out. `rules` names the class
+/// rules.
+void report_counts(const Counts& counts, const std::string& rules, Report& report);
 
 }  // namespace cornice::normals

@@ -42,7 +42,7 @@ void run(normals::Command& command, StageContext& context) {
     result = normals::compute_normals(std::move(tile.points), tile.tile_points, lines, rules,
                                       options, context.progress);
   });
-  normals::report_counts(result.counts, report);
+  normals::report_counts(result.counts, rules_name, report);
   if (!command.las.empty()) {
     report.step("write LAS", [&] {
       normals::write_oriented_las(command.las, tile.info, result, threads, context.progress);

@@ -129,6 +129,10 @@ TilePoints read_tile(const TileInput& input, int threads, Progress& progress) {
   LasOpenOptions open;
   open.crs_override = input.crs;
   result.info = read_las_info(input.tile, open);
+  if (!result.info.crs.empty() && result.info.crs.metres_per_unit == 0.0) {
+    throw InputError(input.tile.string(), "is in degrees (" + result.info.crs.text() +
+                                              "); reproject it to metres first");
+  }
   const std::vector<LasInfo> neighbours = open_neighbours(input, result.info);
   LasReadOptions read;
   read.attributes = kAttributes;

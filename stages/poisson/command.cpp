@@ -99,7 +99,7 @@ Stage extract_stage(Command& c) {
   stage.options = {
       action_option(c, "extract", "extract"),
       Option("FIELD", c.field, "the tile's field").positional().required(),
-      output_option(c.output, "mesh, .ply"),
+      output_option(c.output, "mesh, .ply").ending(".ply"),
       Option("neighbours", c.neighbours, "bands of the tiles around; all that take part"),
       Option("tiles", c.tile_list, "text file with the bands of the survey, one a line, instead"),
       Option("points", c.points, "measured points, .ply: for support and density")};
@@ -115,7 +115,7 @@ Stage mesh_stage(Command& c) {
   stage.name = "poisson";
   stage.description = "Reconstructs the surface of a tile that has no neighbours";
   stage.options = {action_option(c, "mesh", "mesh"), points_option(c),
-                   output_option(c.output, "mesh, .ply")};
+                   output_option(c.output, "mesh, .ply").ending(".ply")};
   stage.add(describe_tile(c), "Tile");
   stage.add(describe_solve(c), "Reconstruction");
   stage.add(describe_surface(c), "Surface");

@@ -65,10 +65,8 @@ Box2d tile_of(const Command& command, const OrientedPoints& points) {
 /// Part of space in which points count: the tile and its halo, and the heights of the points there.
 Box3d domain_of(const Command& command, const Box2d& tile, const OrientedPoints& points) {
   if (points.positions.empty()) {
-    throw InputError(
-        command.points.string(),
-        "holds no points; the report of cornice-normals says how many of which class it "
-        "left out");
+    throw InputError(command.points.string(),
+                     "holds no points; where cornice-normals left all out, it said so and why");
   }
   const Box2d plan = tile.grown(command.halo_m);
   Box3d domain;

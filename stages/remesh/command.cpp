@@ -41,7 +41,7 @@ std::vector<Option> describe(Command& c) {
   Options& o = c.options;
   return {
       Option("MESH", c.mesh, "mesh to remesh, .ply").positional().required(),
-      output_option(c.output, "remeshed mesh, .ply"),
+      output_option(c.output, "remeshed mesh, .ply").ending(".ply"),
       Option("max-error", o.max_error_m, "largest distance between input and result, both ways")
           .range(0.0001, 1000)
           .unit("m"),

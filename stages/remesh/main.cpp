@@ -22,6 +22,10 @@ void run(remesh::Command& command, StageContext& context) {
   context.memory.charge("the mesh", read_ply_info(command.mesh).count("face") * kBytesPerTriangle);
   Mesh mesh;
   report.step("read", [&] { mesh = read_ply_mesh(command.mesh); });
+  // A tile without ground has neither.
+  if (mesh.triangles.empty() && !mesh.positions.empty())
+    throw InputError(command.mesh.string(),
+                     "holds points but no triangles; make a mesh of them with cornice-poisson");
   remesh::Result result;
   report.step("remesh", [&] { result = remesh::remesh(mesh, command.options, context.progress); });
   mesh = {};

@@ -17,6 +17,7 @@
 
 #include "core/base/error.h"
 #include "core/base/random.h"
+#include "core/base/write_problem.h"
 
 namespace cornice::simulate {
 namespace {
@@ -29,9 +30,7 @@ constexpr double kSquareM = 62.5;
 static_assert(std::is_trivially_copyable_v<SurveyPoint>);
 
 [[noreturn]] void cannot_write(const std::filesystem::path& path) {
-  const std::string reason = errno != 0 ? std::strerror(errno) : "the stream failed";
-  throw RunError(path.string(), "cannot be written: " + reason +
-                                    "; free some space or write elsewhere, then run again");
+  throw RunError(path.string(), "cannot be written: " + write_problem(errno));
 }
 
 void append(PointCloud& cloud, const TileTarget& target, const SurveyPoint& point) {
@@ -167,7 +166,7 @@ void TileWriter::write_points(const TilePart& part) {
   errno = 0;
   waiting_->stream.write(reinterpret_cast<const char*>(part.points.data()),
                          static_cast<std::streamsize>(part.points.size() * sizeof(SurveyPoint)));
-  if (!waiting_->stream) cannot_write(waiting_->file.path());
+  if (!waiting_->stream) cannot_write(target_.path);
   waiting_->count += part.points.size();
 }
 
@@ -185,7 +184,7 @@ void TileWriter::close(MemoryBudget& memory, Progress& progress) {
 void TileWriter::finish_waiting(MemoryBudget& memory, Progress& progress) {
   errno = 0;
   waiting_->stream.close();
-  if (!waiting_->stream) cannot_write(waiting_->file.path());
+  if (!waiting_->stream) cannot_write(target_.path);
   const MappedPoints mapped(waiting_->file.path(), waiting_->count);
   const std::span<const SurveyPoint> points = mapped.points();
   std::vector<std::uint64_t> order;

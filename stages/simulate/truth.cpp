@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/write_problem.h"
 
 namespace cornice::simulate {
 namespace {
@@ -33,9 +34,7 @@ void put(std::vector<char>& bytes, T value) {
 void put(std::vector<char>& bytes, Vec3f v) { put(bytes, v.x), put(bytes, v.y), put(bytes, v.z); }
 
 [[noreturn]] void cannot_write(const std::filesystem::path& path) {
-  const std::string reason = errno != 0 ? std::strerror(errno) : "the stream failed";
-  throw RunError(path.string(), "cannot be written: " + reason +
-                                    "; free some space or write elsewhere, then run again");
+  throw RunError(path.string(), "cannot be written: " + write_problem(errno));
 }
 
 }  // namespace

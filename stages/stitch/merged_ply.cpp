@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "core/base/error.h"
+#include "core/base/write_problem.h"
 #include "core/mesh/select.h"
 
 namespace cornice::stitch {
@@ -130,7 +131,8 @@ void MergedPly::add(const EditedTile& tile) {
 void MergedPly::append_faces() {
   faces_.close();
   if (faces_.error() != 0) {
-    throw RunError(out_.name(), "its triangles cannot be written beside it; free some space");
+    throw RunError(out_.name(),
+                   "its triangles cannot be written beside it: " + write_problem(faces_.error()));
   }
   std::ifstream faces(faces_file_.path(), std::ios::binary);
   std::vector<std::uint8_t> block(std::size_t{1} << 20);

@@ -11,7 +11,7 @@ std::vector<Option> describe(Command& c) {
       Option("MESH", c.mesh, "mesh with the vertex property \"support\", .ply")
           .positional()
           .required(),
-      output_option(c.output, "trimmed mesh, .ply"),
+      output_option(c.output, "trimmed mesh, .ply").ending(".ply"),
       Option("points", c.points, "measured points, .ply: support and density are taken from them"),
       Option("bridge", o.bridge_m, "gaps up to this width are kept and marked; 0: none")
           .range(0, 1000)

@@ -147,6 +147,28 @@ TEST_F(NormalsOfACliff, NeedInputThatIsThereAndOptionsInRange) {
   EXPECT_FALSE(fs::exists(out));
 }
 
+TEST_F(NormalsOfACliff, NameTheClassesThatAreThereWhereTheRulesKeepNone) {
+  const ProcessResult result =
+      run_normals({tile(0).string(), "--flightlines", lines(), "-o", output("none.ply").string(),
+                   "--classes", "6", "--report", output("none.json").string()});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_NE(result.err.find("no points are left: there are "), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find(" of class 2"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("the class rules (--classes) keep none of these"), std::string::npos);
+  const nlohmann::json quality = test::read_json(output("none.json"))["quality"];
+  EXPECT_GT(quality["left out by class"]["2"], 1000);
+  EXPECT_TRUE(quality["kept by class"].empty());
+}
+
+TEST_F(NormalsOfACliff, RefuseATileInDegrees) {
+  const ProcessResult result = run_normals({tile(0).string(), "--flightlines", lines(), "-o",
+                                            output("d.ply").string(), "--crs", "EPSG:4326"});
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_NE(result.err.find("is in degrees (EPSG:4326); reproject it to metres first"),
+            std::string::npos)
+      << result.err;
+}
+
 TEST_F(NormalsOfACliff, RefuseANeighbourInAnotherCoordinateSystem) {
   const fs::path foreign = kData / "ign_mnx" / "corse.laz";
   if (!fs::exists(foreign)) GTEST_SKIP() << "the folder of real data is not there";

@@ -143,6 +143,8 @@ TEST_F(RemeshProgram, TellsOfBadInputInOneLineAndWritesNothing) {
   };
   expect_refused(whole.substr(0, whole.size() / 2), 3, "truncated");
   expect_refused("not a mesh", 3, "PLY");
+  const fs::path points = folder_->path() / "points.ply";
+  expect_refused(test::read_text(points), 3, "no triangles");
   std::string wrong = whole;
   wrong.replace(wrong.size() - 4, 4, "\xff\xff\xff\x7f");
   expect_refused(wrong, 3, "");
