@@ -16,6 +16,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/base/write_problem.h"
 #include "hlod/file_layout.h"
 
 namespace cornice::hlod {
@@ -62,7 +63,7 @@ class Descriptor {
     while (!bytes.empty()) {
       const ssize_t put = ::pwrite(file_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
       if (put < 0 && errno == EINTR) continue;
-      if (put < 0) throw RunError(target.string(), "cannot be written: " + last_error());
+      if (put < 0) throw RunError(target.string(), "cannot be written: " + write_problem(errno));
       bytes = bytes.subspan(static_cast<std::size_t>(put));
       offset += static_cast<std::uint64_t>(put);
     }
@@ -81,7 +82,7 @@ struct Draft {
   explicit Draft(const std::filesystem::path& target)
       : file(target), descriptor(file.path(), O_RDWR | O_CREAT | O_TRUNC) {
     if (!descriptor.is_open()) {
-      throw RunError(target.string(), "cannot be written: " + last_error());
+      throw RunError(target.string(), "cannot be written: " + write_problem(errno));
     }
   }
 };

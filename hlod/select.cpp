@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "hlod/select.h"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <numbers>
@@ -30,7 +31,7 @@ bool is_drawn(const Tree& tree, const Radii& radii, const TreeCell& cell, FinePo
 }
 
 bool is_visible(const TreeCell& cell, FinePoint eye, const Frustum& frustum) {
-  for (const auto& plane : frustum.planes) {
+  for (const auto& plane : frustum.planes()) {
     // The corner that lies furthest along the plane's normal.
     const auto corner = [&](double normal, std::int32_t low, std::int32_t high, std::int32_t from) {
       return normal * (static_cast<double>(normal > 0.0 ? high : low) - from);
@@ -64,53 +65,94 @@ double error_scale(double error_pixels, double viewport_pixels, double field_of_
   return viewport_pixels / (2.0 * std::tan(half) * error_pixels);
 }
 
-std::vector<float> reaches(const Tree& tree, double scale) {
-  std::vector<float> reach(tree.cells.size(), 0.0f);
-  const double fine_steps = scale / tree.lattice.step(tree.lattice.finest_level);
-  for (std::size_t c = tree.cells.size(); c-- > 0;) {
-    const TreeCell& cell = tree.cells[c];
-    if (cell.children == 0) continue;
-    const int below = cell.key.level + 1;
-    double value = 0.0;
-    if (cell.error_m > 0.0f) {
-      // Children are at their parents from this much before the radius on.
-      value = double{cell.error_m} * fine_steps + 2.0 * tree.metric.share(below);
-    }
-    for (std::uint32_t child = cell.first_child; child < cell.first_child + cell.children;
-         ++child) {
-      if (reach[child] > 0.0f) {
-        value = std::max(value, double{reach[child]} + tree.metric.gap(below));
-      }
-    }
-    // Rounded up, so that the rule holds among the floats as well.
-    reach[c] = std::nextafter(static_cast<float>(std::min(value, 0x1p29)), 0x1p30f);
-    if (value == 0.0) reach[c] = 0.0f;
-  }
-  return reach;
-}
+namespace {
 
-Radii radii_for_eye(const Tree& tree, std::span<const float> reaches, FinePoint eye) {
-  assert(reaches.size() == tree.cells.size());
-  Radii radii;
-  std::vector<std::uint32_t> stack(tree.level(0).size());
-  for (std::uint32_t c = 0; c < stack.size(); ++c) stack[c] = c;
-  while (!stack.empty()) {
-    const std::uint32_t c = stack.back();
-    stack.pop_back();
-    const TreeCell& cell = tree.cells[c];
-    const double reach = reaches[c];
-    const double beyond = std::max(0.0, box_distance(cell, eye) - reach);
-    // A child's demand is at least gap() less: its reach is, and its box lies inside this one.
-    const double demand = reach - kFade * beyond;
-    if (demand <= 0.0) continue;
-    std::int64_t& radius = radii.of[at(cell.key.level)];
-    radius = std::max(radius, static_cast<std::int64_t>(std::ceil(demand)));
-    for (std::uint32_t child = 0; child < cell.children; ++child) {
-      stack.push_back(cell.first_child + child);
-    }
+/// Raises radii to what cells ask for.
+class Demands {
+ public:
+  Demands(const Tree& tree, double scale, FinePoint eye)
+      : tree_(tree), fine_steps_(scale / tree.lattice.step(tree.lattice.finest_level)), eye_(eye) {}
+
+  void ask(std::uint32_t c) { ask(c, box_distance(tree_.cells[c], eye_)); }
+
+  /// Settled.
+  Radii take() {
+    settle(radii_, tree_.metric);
+    return radii_;
   }
-  settle(radii, tree.metric);
-  return radii;
+
+ private:
+  using Reaches = std::array<double, kLevelLimit>;
+
+  /// Up to where an error asks for children of its level; 0: nowhere.
+  double reach(float error_m, int level) const {
+    if (error_m <= 0.0f) return 0.0;
+    // Children are at their parents from this much before the radius on.
+    return std::min(double{error_m} * fine_steps_ + 2.0 * tree_.metric.share(level + 1), 0x1p29);
+  }
+
+  static double demand(double reach, double distance) {
+    return reach - kFade * std::max(0.0, distance - reach);
+  }
+
+  /// By level from the cell's own on: how far what is in it reaches at most. Never below the next
+  /// level's plus gap(), so radii obey the rule by themselves, and none jumps when a finer one
+  /// comes or goes. Whether any of them has a say.
+  bool find_reaches(std::uint32_t c, double distance, Reaches& reaches) const {
+    const int own_level = tree_.cells[c].key.level;
+    const auto errors = tree_.errors_of(c);
+    double below = 0.0;
+    bool has_a_say = false;
+    for (std::size_t l = errors.size(); l-- > 0;) {
+      const int level = own_level + static_cast<int>(l);
+      double value = reach(errors[l], level);
+      if (below > 0.0) value = std::max(value, below + tree_.metric.gap(level + 1));
+      reaches[l] = below = value;
+      has_a_say = has_a_say || demand(value, distance) > static_cast<double>(radii_.of[at(level)]);
+    }
+    return has_a_say;
+  }
+
+  void ask(std::uint32_t c, double distance) {
+    Reaches reaches;
+    if (!find_reaches(c, distance, reaches)) return;
+    const TreeCell& cell = tree_.cells[c];
+    const double own = std::ceil(demand(reaches[0], distance));
+    std::int64_t& radius = radii_.of[at(cell.key.level)];
+    radius = std::max(radius, static_cast<std::int64_t>(own));
+    // Those that ask for most first: they leave the others without a say.
+    struct Child {
+      double demand = 0.0, distance = 0.0;
+      std::uint32_t index = 0;
+    };
+    std::array<Child, 8> children;
+    std::size_t count = 0;
+    for (std::uint32_t n = 0; n < cell.children; ++n) {
+      const std::uint32_t index = cell.first_child + n;
+      const TreeCell& child = tree_.cells[index];
+      if (child.children == 0) continue;
+      const double far = box_distance(child, eye_);
+      const double asked = demand(reach(child.error_m, child.key.level), far);
+      std::size_t place = count++;
+      for (; place > 0 && children[place - 1].demand < asked; --place)
+        children[place] = children[place - 1];
+      children[place] = {asked, far, index};
+    }
+    for (std::size_t n = 0; n < count; ++n) ask(children[n].index, children[n].distance);
+  }
+
+  const Tree& tree_;
+  double fine_steps_;
+  FinePoint eye_;
+  Radii radii_;
+};
+
+}  // namespace
+
+Radii radii_for_eye(const Tree& tree, double scale, FinePoint eye) {
+  Demands demands(tree, scale, eye);
+  for (std::uint32_t root = 0; root < tree.level(0).size(); ++root) demands.ask(root);
+  return demands.take();
 }
 
 Radii radii_by_factor(const Metric& metric, double factor) {
@@ -166,9 +208,10 @@ Radii blended(const Radii& from, const Radii& to, double share, const Metric& me
 }
 
 void hold_to_loaded(const Tree& tree, std::span<const std::uint8_t> is_loaded, FinePoint eye,
-                    const Frustum& frustum, Radii& radii) {
+                    const Frustum& frustum, Radii& radii, WalkMemory& memory) {
   assert(is_loaded.size() == tree.cells.size());
-  std::vector<std::uint32_t> cells(tree.level(0).size()), below;
+  auto& [cells, below] = memory;
+  cells.resize(tree.level(0).size());
   for (std::uint32_t c = 0; c < cells.size(); ++c) cells[c] = c;
   for (int l = 0; l < tree.metric.finest_level; ++l) {
     std::int64_t& radius = radii.of[at(l)];
@@ -198,12 +241,12 @@ Frustum make_frustum(Vec3d forward, Vec3d up, double horizontal_deg, double vert
   const Vec3d above = cross(right, ahead);
   Frustum frustum;
   // Without it, a large box behind the eye that reaches both to the left and to the right is seen.
-  frustum.planes.push_back({ahead.x, ahead.y, ahead.z, 0.0});
+  frustum.add({ahead.x, ahead.y, ahead.z, 0.0});
   const auto add = [&](Vec3d side, double full_deg) {
     const double half = 0.5 * full_deg * std::numbers::pi / 180.0;
     for (const double sign : {-1.0, 1.0}) {
       const Vec3d normal = std::sin(half) * ahead + sign * std::cos(half) * side;
-      frustum.planes.push_back({normal.x, normal.y, normal.z, 0.0});
+      frustum.add({normal.x, normal.y, normal.z, 0.0});
     }
   };
   add(right, horizontal_deg);
@@ -270,20 +313,26 @@ std::vector<std::uint32_t> wanted_cells(const Tree& tree, std::span<const std::u
   std::vector<std::uint32_t> cells;
   needed_cells(tree, radii, eye, frustum, cells);
   std::erase_if(cells, [&](std::uint32_t c) { return is_loaded[c] != 0; });
-  sort_by_urgency(tree, eye, cells);
+  UrgencyMemory memory;
+  keep_most_urgent(tree, eye, cells.size(), cells, memory);
   return cells;
 }
 
-void sort_by_urgency(const Tree& tree, FinePoint eye, std::vector<std::uint32_t>& cells) {
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
-  order.reserve(cells.size());
+void keep_most_urgent(const Tree& tree, FinePoint eye, std::size_t most,
+                      std::vector<std::uint32_t>& cells, UrgencyMemory& memory) {
+  auto& order = memory.order;
+  order.clear();
   for (const std::uint32_t c : cells) {
     const auto level = static_cast<std::uint64_t>(tree.cells[c].key.level);
     const auto distance = static_cast<std::uint64_t>(cell_distance(tree, tree.cells[c], eye));
     order.emplace_back((level << 32) | distance, c);
   }
-  std::sort(order.begin(), order.end());
-  for (std::size_t i = 0; i < cells.size(); ++i) cells[i] = order[i].second;
+  const std::size_t count = std::min(most, order.size());
+  const auto end = order.begin() + static_cast<std::ptrdiff_t>(count);
+  if (count < order.size()) std::nth_element(order.begin(), end, order.end());
+  std::sort(order.begin(), end);
+  cells.resize(count);
+  for (std::size_t i = 0; i < count; ++i) cells[i] = order[i].second;
 }
 
 }  // namespace cornice::hlod

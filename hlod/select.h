@@ -4,12 +4,15 @@
 // the level of detail moves radii: the error on the screen, a budget of triangles, what is loaded.
 // They move continuously with eye and time, so nothing pops; docs/decisions/0600-radii.md.
 //
-// Everything here is a function of its arguments. A viewer keeps the tree, its reaches, the radii
-// of the frame before and a Selection, whose memory is used again.
+// Everything here is a function of its arguments. A viewer keeps the tree, the radii of the frame
+// before and a Selection, whose memory is used again.
 #pragma once
 
+#include <array>
+#include <cassert>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "hlod/cell.h"
@@ -26,18 +29,23 @@ struct TreeCell {
   std::uint32_t triangles = 0;    ///< of all parts
   std::uint32_t first_child = 0;  ///< index into the tree
   std::uint32_t first_node = 0;   ///< of its parts in the file's nodes
+  std::uint32_t first_error = 0;  ///< of Tree::errors; up to the next cell's are its own
   std::uint16_t parts = 0;        ///< 0: nothing is left of it at this level, finer cells are there
   std::uint16_t children = 0;
 };
 
-/// All cells, coarsest level first. 60 bytes a cell: 64 km x 64 km with 1.2 M triangles a square
-/// kilometre in cells of 5000 are 1.3 M cells, 79 MB.
+/// All cells, coarsest level first. 66 bytes a cell: 64 km x 64 km with 1.2 M triangles a square
+/// kilometre in cells of 5000 are 1.3 M cells, 86 MB.
 struct Tree {
   Lattice lattice;
   Metric metric;
   std::vector<TreeCell> cells;
   std::array<std::uint32_t, kLevelLimit + 1> level_begin{};  ///< index of a level's first cell
+  /// Of each cell that has children, by level from its own on, the largest error of the cells with
+  /// children among it and those below it.
+  std::vector<float> errors;
 
+  std::span<const float> errors_of(std::size_t cell) const;
   std::span<const TreeCell> level(int l) const;
 };
 
@@ -51,14 +59,10 @@ std::int32_t cell_distance(const Tree& tree, const TreeCell& cell, FinePoint eye
 /// subtends `field_of_view_deg` along that side, over pixels that an error may cover.
 double error_scale(double error_pixels, double viewport_pixels, double field_of_view_deg);
 
-/// Up to which distance each cell asks for its children so that no error is drawn larger than
-/// error / scale of its distance; fine steps, 0: never. Depends on the scale alone: once per window
-/// size, not per frame. Never below a child's reach plus gap().
-std::vector<float> reaches(const Tree& tree, double scale);
-
-/// Radii for an eye by the reaches of the cells around it: continuous, at most twice as fast as the
-/// eye.
-Radii radii_for_eye(const Tree& tree, std::span<const float> reaches, FinePoint eye);
+/// Radii for an eye: no cell within sight draws an error larger than its distance over `scale`.
+/// Continuous, at most twice as fast as the eye. Looks only at cells that may have a say, by
+/// Tree::errors.
+Radii radii_for_eye(const Tree& tree, double scale, FinePoint eye);
 
 /// D_l = factor * cell side, the thesis's rule. factor >= 1 + 3 s0 + 1/16; lower is raised to it.
 Radii radii_by_factor(const Metric& metric, double factor);
@@ -73,9 +77,25 @@ Radii scaled(const Radii& radii, double share, const Metric& metric);
 /// from + share * (to - from), settled; share in 0..1. For motion in time.
 Radii blended(const Radii& from, const Radii& to, double share, const Metric& metric);
 
-/// Half-spaces a x + b y + c z + d >= 0 of fine steps seen from the eye. Empty: everything.
-struct Frustum {
-  std::vector<std::array<double, 4>> planes;
+/// Half-spaces a x + b y + c z + d >= 0 of fine steps seen from the eye. Empty: everything. Without
+/// memory of its own, for there are several each frame.
+class Frustum {
+ public:
+  using Plane = std::array<double, 4>;
+  static constexpr std::size_t kMostPlanes = 10;
+
+  void add(const Plane& plane) {
+    assert(count_ < kMostPlanes);
+    planes_[count_++] = plane;
+  }
+  void add(const Frustum& other) {
+    for (const Plane& plane : other.planes()) add(plane);
+  }
+  std::span<const Plane> planes() const { return {planes_.data(), count_}; }
+
+ private:
+  std::array<Plane, kMostPlanes> planes_{};
+  std::size_t count_ = 0;
 };
 /// Of a camera with unit axes `forward` and `up` (need not be square to it); full angles, below
 /// 180.
@@ -84,8 +104,16 @@ Frustum make_frustum(Vec3d forward, Vec3d up, double horizontal_deg, double vert
 /// Lowers radii until only cells that are loaded are drawn inside the frustum. is_loaded: one byte
 /// per cell, and all ancestors of a loaded cell are loaded; level 0 counts as loaded. Continuous in
 /// the eye's place, not in its direction: load more than is seen.
+struct WalkMemory {
+  std::vector<std::uint32_t> cells, below;  ///< memory that hold_to_loaded() uses again
+};
 void hold_to_loaded(const Tree& tree, std::span<const std::uint8_t> is_loaded, FinePoint eye,
-                    const Frustum& frustum, Radii& radii);
+                    const Frustum& frustum, Radii& radii, WalkMemory& memory);
+inline void hold_to_loaded(const Tree& tree, std::span<const std::uint8_t> is_loaded, FinePoint eye,
+                           const Frustum& frustum, Radii& radii) {
+  WalkMemory memory;
+  hold_to_loaded(tree, is_loaded, eye, frustum, radii, memory);
+}
 
 /// What to draw.
 struct Selection {
@@ -111,7 +139,11 @@ void needed_cells(const Tree& tree, const Radii& radii, FinePoint eye, const Fru
 std::vector<std::uint32_t> wanted_cells(const Tree& tree, std::span<const std::uint8_t> is_loaded,
                                         const Radii& radii, FinePoint eye, const Frustum& frustum);
 
-/// Coarse before fine, near before far.
-void sort_by_urgency(const Tree& tree, FinePoint eye, std::vector<std::uint32_t>& cells);
+struct UrgencyMemory {
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> order;  ///< keep_most_urgent() uses it again
+};
+/// Leaves the `most` first of them: coarse before fine, near before far.
+void keep_most_urgent(const Tree& tree, FinePoint eye, std::size_t most,
+                      std::vector<std::uint32_t>& cells, UrgencyMemory& memory);
 
 }  // namespace cornice::hlod

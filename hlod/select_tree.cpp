@@ -100,7 +100,40 @@ void append_children(std::vector<TreeCell>& cells, std::size_t begin, std::size_
   }
 }
 
+/// Finds Tree::errors: first how many levels each cell has one for, then what they are.
+void add_errors(Tree& tree) {
+  std::vector<std::uint8_t> levels(tree.cells.size(), 0);
+  for (std::size_t c = tree.cells.size(); c-- > 0;) {
+    const TreeCell& cell = tree.cells[c];
+    for (std::uint32_t n = 0; n < cell.children; ++n)
+      levels[c] = std::max(levels[c], static_cast<std::uint8_t>(levels[cell.first_child + n] + 1));
+  }
+  std::uint32_t count = 0;
+  for (std::size_t c = 0; c < tree.cells.size(); ++c) {
+    tree.cells[c].first_error = count;
+    count += levels[c];
+  }
+  tree.errors.assign(count, 0.0f);
+  for (std::size_t c = tree.cells.size(); c-- > 0;) {
+    const TreeCell& cell = tree.cells[c];
+    if (cell.children == 0) continue;
+    float* errors = tree.errors.data() + cell.first_error;
+    errors[0] = cell.error_m;
+    for (std::uint32_t n = cell.first_child; n < cell.first_child + cell.children; ++n) {
+      const auto below = tree.errors_of(n);
+      for (std::size_t l = 0; l < below.size(); ++l)
+        errors[l + 1] = std::max(errors[l + 1], below[l]);
+    }
+  }
+}
+
 }  // namespace
+
+std::span<const float> Tree::errors_of(std::size_t cell) const {
+  const std::size_t first = cells[cell].first_error;
+  const std::size_t end = cell + 1 < cells.size() ? cells[cell + 1].first_error : errors.size();
+  return std::span(errors).subspan(first, end - first);
+}
 
 std::span<const TreeCell> Tree::level(int l) const {
   const auto i = static_cast<std::size_t>(l);
@@ -141,6 +174,7 @@ Tree make_tree(const Header& header, std::span<const Node> nodes) {
       cell.error_m = std::max(cell.error_m, child.error_m);
     }
   }
+  add_errors(tree);
   if (!tree.cells.empty()) {
     tree.metric.slab_low = 1 << 30, tree.metric.slab_high = -(1 << 30);
     for (const TreeCell& root : tree.level(0)) {

@@ -178,16 +178,19 @@ Json build_text(const BuildCommand& command, const Header& header) {
   return json;
 }
 
-/// The finest level, unless a killed build left it; counts go to the report.
-void leaves_on_disk(const BuildCommand& command, const WorkFolder& folder, const Header& header,
-                    const DiskTask& task, BuildInput& input, StageContext& context) {
+/// The finest level, unless a killed build left it; its counts, which go to the report.
+LeafCounts leaves_on_disk(const BuildCommand& command, const WorkFolder& folder,
+                          const Header& header, const DiskTask& task, BuildInput& input,
+                          StageContext& context) {
   context.report.step("leaves", [&] {
     if (folder.has(folder.leaves())) return;
     DiskLeaves leaves(folder, header, command.options.max_pieces, task);
     if (leaves.wants_meshes()) input.for_each([&](const Mesh& mesh) { leaves.add(mesh); });
     leaves.finish(context.progress);
   });
-  report_leaves(counts_of_leaves(folder), context.report);
+  const LeafCounts counts = counts_of_leaves(folder);
+  report_leaves(counts, context.report);
+  return counts;
 }
 
 void build_on_disk(const BuildCommand& command, const Header& header, const MemoryPlan& plan,
@@ -226,10 +229,16 @@ std::pair<int, int> parse_region(const std::string& text) {
   return {index, count};
 }
 
-/// Cells of the finest level that the region needs.
+/// What a region's file says of the input, all of which every region reads. Copies are not in it:
+/// a region sees those near it.
+std::vector<std::uint64_t> numbers_of_input(const LeafCounts& counts) {
+  return {counts.triangles, counts.degenerate, counts.split_pieces};
+}
+
+/// Cells of the finest level that the region needs; `counts` are those of the input.
 std::vector<BuildCell> region_leaves(const BuildCommand& command, const Header& header,
                                      const Region& region, const MemoryPlan& plan,
-                                     BuildInput& input, StageContext& context) {
+                                     BuildInput& input, StageContext& context, LeafCounts& counts) {
   const int threads = context.options.threads;
   const Columns needed = region.needed[static_cast<std::size_t>(header.lattice.finest_level)];
   // With those around them, which share vertices.
@@ -241,7 +250,7 @@ std::vector<BuildCell> region_leaves(const BuildCommand& command, const Header& 
       if (read.contains(piece.key.i)) pieces.front().push_back(std::move(piece));
     });
   });
-  LeafCounts counts = maker.counts();
+  counts = maker.counts();
   std::vector<BuildCell> leaves = finish_leaves(std::move(pieces), header, threads, counts);
   std::erase_if(leaves, [&](const BuildCell& c) { return !needed.contains(c.key.i); });
   report_leaves(counts, context.report);
@@ -258,7 +267,8 @@ void add_top(const Region& region, BuildCell cell, SpoolWriter& writer) {
 void region_in_memory(const BuildCommand& command, const Header& header, const Region& region,
                       const MemoryPlan& plan, BuildInput& input, SpoolWriter& writer,
                       StageContext& context) {
-  CellsInMemory source(region_leaves(command, header, region, plan, input, context), header,
+  LeafCounts leaves;
+  CellsInMemory source(region_leaves(command, header, region, plan, input, context, leaves), header,
                        context.options.threads);
   for (int level = header.lattice.finest_level; level > region.level; --level) {
     std::mutex mutex;
@@ -286,7 +296,7 @@ void region_in_memory(const BuildCommand& command, const Header& header, const R
   for (std::size_t i = 0; i < source.infos().size(); ++i) {
     add_top(region, source.take(i), writer);
   }
-  writer.commit();
+  writer.commit(numbers_of_input(leaves));
 }
 
 void region_on_disk(const BuildCommand& command, const Header& header, const Region& region,
@@ -302,7 +312,7 @@ void region_on_disk(const BuildCommand& command, const Header& header, const Reg
   text["region"] = command.region;
   const WorkFolder folder(work_folder(command), text.dump());
   work_in(folder, context.report, [&] {
-    leaves_on_disk(command, folder, header, task, input, context);
+    const LeafCounts leaves = leaves_on_disk(command, folder, header, task, input, context);
     build_levels_on_disk(
         folder, header, command.options.block, task,
         [&](const Node& node, std::span<const std::byte> block) { writer.add(node, block); },
@@ -310,7 +320,7 @@ void region_on_disk(const BuildCommand& command, const Header& header, const Reg
     const bool has_levels = region.level < header.lattice.finest_level;
     const Spool top(has_levels ? folder.level(region.level) : folder.leaves());
     for (const SpoolCell& cell : top.cells()) add_top(region, top.read(cell), writer);
-    writer.commit();
+    writer.commit(numbers_of_input(leaves));
   });
 }
 
@@ -432,6 +442,11 @@ void join_regions(const BuildCommand& command, StageContext& context) {
   }
   require_leaves(counts.back().cells > 0);
   writer.finish();
+  if (const auto& input = regions.front()->numbers(); input.size() == 3) {
+    context.report.count("triangles_in", input[0]);
+    context.report.count("degenerate_left_out", input[1]);
+    context.report.count("pieces_of_long_triangles", input[2]);
+  }
   report_levels(counts, context.report);
 }
 

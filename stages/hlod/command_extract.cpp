@@ -57,7 +57,7 @@ Mesh view(const ExtractCommand& c, const File& file, int threads, Progress& prog
   const Tree tree = make_tree(file.header(), file.nodes());
   const double scale = error_scale(c.pixels, c.viewport, c.view_deg);
   const FinePoint eye = fine_eye({c.eye[0], c.eye[1], c.eye[2]}, file.header().lattice);
-  const Radii radii = radii_for_eye(tree, reaches(tree, scale), eye);
+  const Radii radii = radii_for_eye(tree, scale, eye);
   return extract_view(file, tree, radii, eye, threads, progress);
 }
 

@@ -73,7 +73,7 @@ void fuzz_nodes(std::span<const std::uint8_t> data) {
     const Tree tree = make_tree(head.header, nodes);
     if (tree.cells.empty()) return;
     const FinePoint eye = tree.cells.front().lowest;
-    select(tree, radii_for_eye(tree, reaches(tree, 100.0), eye), eye, {}, selection);
+    select(tree, radii_for_eye(tree, 100.0, eye), eye, {}, selection);
   } catch (const InputError&) {
   }
 }

@@ -39,6 +39,12 @@ ProcessResult run_build(const std::vector<fs::path>& inputs, const fs::path& out
   return test::run_process(command_line(inputs, output, more));
 }
 
+/// The number after `name` in the summary; 0 where it is not there.
+long count_told(const std::string& log, const std::string& name) {
+  const std::size_t at = log.find(" " + name + " ");
+  return at == std::string::npos ? 0 : std::stol(log.substr(at + name.size() + 2));
+}
+
 std::vector<fs::path> write_tiles(const TemporaryFolder& folder) {
   std::vector<fs::path> tiles;
   for (const double x : {0.0, 60.0, 120.0}) {
@@ -55,7 +61,8 @@ TEST(HlodBuild, GivesTheSameBytesInMemoryOnDiskAndJoinedFromRegions) {
     const TemporaryFolder folder;
     const std::vector<fs::path> tiles = write_tiles(folder);
     const std::vector<std::string> small{"--partition", partition, "--cell-side", "8"};
-    ASSERT_EQ(run_build(tiles, folder / "memory.hlod", small).exit_code, 0);
+    const ProcessResult in_memory = run_build(tiles, folder / "memory.hlod", small);
+    ASSERT_EQ(in_memory.exit_code, 0) << in_memory.err;
     const std::string bytes = test::read_text(folder / "memory.hlod");
     std::vector<std::string> disk = small;
     disk.insert(disk.end(), {"--out-of-core", "--threads", "2"});
@@ -68,7 +75,9 @@ TEST(HlodBuild, GivesTheSameBytesInMemoryOnDiskAndJoinedFromRegions) {
       regions.push_back(folder / (region.substr(0, 1) + ".part"));
       ASSERT_EQ(run_build(tiles, regions.back(), one).exit_code, 0);
     }
-    ASSERT_EQ(run_build(regions, folder / "joined.hlod", {"--join"}).exit_code, 0);
+    const ProcessResult joined = run_build(regions, folder / "joined.hlod", {"--join"});
+    ASSERT_EQ(joined.exit_code, 0) << joined.err;
+    EXPECT_EQ(count_told(joined.err, "triangles_in"), 21600);
     EXPECT_TRUE(test::read_text(folder / "joined.hlod") == bytes);
     // The same with cells on disk.
     std::vector<fs::path> disk_regions;
@@ -78,8 +87,10 @@ TEST(HlodBuild, GivesTheSameBytesInMemoryOnDiskAndJoinedFromRegions) {
       disk_regions.push_back(folder / ("disk" + region.substr(0, 1) + ".part"));
       ASSERT_EQ(run_build(tiles, disk_regions.back(), one).exit_code, 0);
     }
-    ASSERT_EQ(run_build(disk_regions, folder / "all.hlod", {"--join", "--out-of-core"}).exit_code,
-              0);
+    const ProcessResult all =
+        run_build(disk_regions, folder / "all.hlod", {"--join", "--out-of-core"});
+    ASSERT_EQ(all.exit_code, 0) << all.err;
+    EXPECT_EQ(count_told(all.err, "triangles_in"), 21600);
     EXPECT_TRUE(test::read_text(folder / "all.hlod") == bytes);
     EXPECT_FALSE(fs::exists(folder / ".all.hlod.work"));
     regions.pop_back();

@@ -155,7 +155,6 @@ TEST(Cracks, NoneAlongAPathAndNoVertexJumps) {
     const Hierarchy hierarchy = test::cluster_hierarchy(c.mesh, c.options);
     CrackChecker checker(hierarchy);
     const Tree& tree = checker.tree();
-    const std::vector<float> reach = reaches(tree, 12.0);
     const std::int32_t root = tree.metric.side(0);
     const std::int32_t step = root / 4096;
     std::vector<FinePoint> before;
@@ -165,7 +164,7 @@ TEST(Cracks, NoneAlongAPathAndNoVertexJumps) {
       const FinePoint eye{-root / 8 + i * step,
                           static_cast<std::int32_t>(root * (0.5 + 0.1 * std::sin(3.0 * t))),
                           static_cast<std::int32_t>(root * 0.4)};
-      const Radii radii = radii_for_eye(tree, reach, eye);
+      const Radii radii = radii_for_eye(tree, 12.0, eye);
       const Drawn drawn = checker.check(eye, radii);
       ASSERT_EQ(drawn.open_edges + drawn.level_jumps, 0u) << c.name << " " << i;
       std::vector<FinePoint> now = checker.finest_vertices();

@@ -168,7 +168,7 @@ TEST(HlodFile, SaysThatTheDiskIsFull) {
     writer.finish();
   });
   if (!outcome) GTEST_SKIP() << "nobody may mount a small disk here";
-  EXPECT_THAT(*outcome, HasSubstr("No space left"));
+  EXPECT_THAT(*outcome, HasSubstr("cannot be written: the disk is full; free some space"));
   EXPECT_EQ(outcome->find('|'), std::string::npos) << *outcome;
 }
 

@@ -84,7 +84,7 @@ TEST(Select, DrawsEveryPlaceOnceAndNoNeighboursTwoLevelsApart) {
     CounterRandom random(1, 0, i);
     const FinePoint eye =
         eye_at(tree, random.uniform(-1, 2), random.uniform(-1, 2), random.uniform(0, 0.2));
-    const Radii radii = radii_for_eye(tree, reaches(tree, random.uniform(20, 2000)), eye);
+    const Radii radii = radii_for_eye(tree, random.uniform(20, 2000), eye);
     ASSERT_TRUE(obeys_rule(radii, tree.metric));
     select(tree, radii, eye, {}, selection);
     std::vector<int> level_of(64 * 64, -1);
@@ -111,13 +111,12 @@ TEST(Select, KeepsEveryDrawnErrorBelowTheTarget) {
   const Header header = sample_header(6);
   const Tree tree = make_tree(header, full_quadtree(header, 0.05f));
   const double scale = error_scale(2.0, 1080.0, 45.0);
-  const std::vector<float> reach = reaches(tree, scale);
   Selection selection;
   for (std::uint64_t i = 0; i < 200; ++i) {
     CounterRandom random(2, 0, i);
     const FinePoint eye =
         eye_at(tree, random.uniform(-1, 2), random.uniform(-1, 2), random.uniform(0, 0.2));
-    select(tree, radii_for_eye(tree, reach, eye), eye, {}, selection);
+    select(tree, radii_for_eye(tree, scale, eye), eye, {}, selection);
     for (const std::uint32_t c : selection.cells) {
       const TreeCell& cell = tree.cells[c];
       if (cell.children == 0) continue;
@@ -132,7 +131,7 @@ TEST(Select, DrawsOneRootWhereNothingHasErrors) {
   const Tree tree = make_tree(header, full_quadtree(header, 0.0f));
   const FinePoint eye = eye_at(tree, 0.4, 0.4, 0.0);
   Selection selection;
-  select(tree, radii_for_eye(tree, reaches(tree, 1000.0), eye), eye, {}, selection);
+  select(tree, radii_for_eye(tree, 1000.0, eye), eye, {}, selection);
   EXPECT_EQ(selection.cells.size(), 1u);
 }
 
@@ -174,13 +173,13 @@ TEST(Radii, MoveAtMostTwiceAsFastAsTheEye) {
     if (holds) n.error_m = 1.0f;
   }
   const Tree tree = make_tree(header, nodes);
-  const std::vector<float> reach = reaches(tree, 400.0);
+  const double scale = 400.0;
   Radii before;
   std::int64_t fastest = 0;
   for (int i = 0; i < 4000; ++i) {
     const double t = i / 4000.0;
     const FinePoint eye = eye_at(tree, -1.0 + 3.0 * t, 0.33, 0.01);
-    const Radii now = radii_for_eye(tree, reach, eye);
+    const Radii now = radii_for_eye(tree, scale, eye);
     for (int l = 0; i > 0 && l < 6; ++l) {
       const auto k = static_cast<std::size_t>(l);
       // Levels that are not drawn have no say.
@@ -194,11 +193,59 @@ TEST(Radii, MoveAtMostTwiceAsFastAsTheEye) {
   EXPECT_LE(fastest, 2 * step + 2);
 }
 
+/// What every cell with children asks for, each asked.
+Radii radii_of_all(const Tree& tree, double scale, FinePoint eye) {
+  const Metric& metric = tree.metric;
+  std::vector<double> reach(tree.cells.size(), 0.0);
+  Radii radii;
+  for (std::size_t c = tree.cells.size(); c-- > 0;) {
+    const TreeCell& cell = tree.cells[c];
+    if (cell.children == 0) continue;
+    const int below = cell.key.level + 1;
+    if (cell.error_m > 0.0f)
+      reach[c] = double{cell.error_m} * (scale / tree.lattice.step(metric.finest_level)) +
+                 2.0 * metric.share(below);
+    for (std::uint32_t n = cell.first_child; n < cell.first_child + cell.children; ++n)
+      if (reach[n] > 0.0) reach[c] = std::max(reach[c], reach[n] + metric.gap(below));
+    const auto beyond = [](std::int32_t x, std::int32_t low, std::int32_t high) {
+      return std::max({0, low - x, x - high});
+    };
+    const double distance = std::max({beyond(eye.x, cell.lowest.x, cell.highest.x),
+                                      beyond(eye.y, cell.lowest.y, cell.highest.y),
+                                      beyond(eye.z, cell.lowest.z, cell.highest.z)});
+    std::int64_t& radius = radii.of[static_cast<std::size_t>(cell.key.level)];
+    radius = std::max(radius, static_cast<std::int64_t>(
+                                  std::ceil(reach[c] - 2.0 * std::max(0.0, distance - reach[c]))));
+  }
+  settle(radii, metric);
+  return radii;
+}
+
+TEST(Radii, AreThoseOfAllCellsThoughFewAreAsked) {
+  const Header header = sample_header(6);
+  for (std::uint64_t i = 0; i < 60; ++i) {
+    CounterRandom random(7, 0, i);
+    std::vector<Node> nodes = full_quadtree(header, 0.05f);
+    for (Node& node : nodes)
+      node.error_m = random.uniform() < 0.2
+                         ? 0.0f
+                         : node.error_m * static_cast<float>(std::exp2(random.uniform(-4, 2)));
+    const Tree tree = make_tree(header, nodes);
+    for (int eyes = 0; eyes < 5; ++eyes) {
+      const FinePoint eye =
+          eye_at(tree, random.uniform(-1, 2), random.uniform(-1, 2), random.uniform(0, 0.3));
+      const double scale = std::exp2(random.uniform(2, 12));
+      ASSERT_EQ(radii_for_eye(tree, scale, eye).of, radii_of_all(tree, scale, eye).of)
+          << i << " " << eyes;
+    }
+  }
+}
+
 TEST(Radii, ObeyTheirRuleAfterEveryChange) {
   const Header header = sample_header(7);
   const Tree tree = make_tree(header, full_quadtree(header, 0.05f));
   const FinePoint eye = eye_at(tree, 0.3, 0.7, 0.05);
-  const Radii a = radii_for_eye(tree, reaches(tree, 900.0), eye);
+  const Radii a = radii_for_eye(tree, 900.0, eye);
   const Radii b = radii_by_factor(tree.metric, 1.0);
   for (int i = 0; i <= 16; ++i) {
     EXPECT_TRUE(obeys_rule(scaled(a, i / 16.0, tree.metric), tree.metric)) << i;
@@ -212,7 +259,7 @@ TEST(Radii, ObeyTheirRuleAfterEveryChange) {
 TEST(Radii, FadeALevelOutAroundARisingEyeBeforeItsLastCellGoes) {
   const Header header = sample_header(5);
   const Tree tree = make_tree(header, full_quadtree(header, 0.05f));
-  const std::vector<float> reach = reaches(tree, 700.0);
+  const double scale = 700.0;
   const std::int32_t step = tree.metric.side(5) / 256;
   // The eye goes by one step and radii twice as fast while weights change over a sixteenth of a
   // side at least.
@@ -223,7 +270,7 @@ TEST(Radii, FadeALevelOutAroundARisingEyeBeforeItsLastCellGoes) {
   std::int32_t before = 32768;
   for (int i = 0; finest > 0; ++i, eye.z += step) {
     ASSERT_LT(i, 200'000) << "level " << finest << " never ends";
-    const Radii radii = radii_for_eye(tree, reach, eye);
+    const Radii radii = radii_for_eye(tree, scale, eye);
     select(tree, radii, eye, {}, selection);
     int level = 0;
     for (const std::uint32_t c : selection.cells) level = std::max(level, tree.cells[c].key.level);
@@ -248,7 +295,7 @@ TEST(Budget, IsKept) {
   const Header header = sample_header(7);
   const Tree tree = make_tree(header, full_quadtree(header, 0.05f));
   const FinePoint eye = eye_at(tree, 0.3, 0.7, 0.01);
-  const Radii radii = radii_for_eye(tree, reaches(tree, 900.0), eye);
+  const Radii radii = radii_for_eye(tree, 900.0, eye);
   Selection selection;
   select(tree, radii, eye, {}, selection);
   const std::uint64_t all = selection.triangles;
@@ -266,7 +313,7 @@ TEST(Loading, WantsCoarseBeforeFineAndNearBeforeFarAndEndsComplete) {
   const Header header = sample_header(5);
   const Tree tree = make_tree(header, full_quadtree(header, 0.05f));
   const FinePoint eye = eye_at(tree, 0.3, 0.7, 0.01);
-  const Radii target = radii_for_eye(tree, reaches(tree, 900.0), eye);
+  const Radii target = radii_for_eye(tree, 900.0, eye);
   std::vector<std::uint8_t> is_loaded(tree.cells.size(), 0);
   is_loaded[0] = 1;
   Selection selection, full;
