@@ -19,11 +19,13 @@ struct Bookmark {
 /// Moves of the camera as people count them: one from rest to rest, however many frames it took.
 class CameraMoves {
  public:
-  /// So many frames without motion are rest.
-  static constexpr int kRestFrames = 20;
+  /// So long without motion, and two frames at least, is rest.
+  static constexpr double kRestSeconds = 0.35;
 
-  /// Once a frame.
-  void see(const Camera& camera);
+  /// Once a frame, which took so long.
+  void see(const Camera& camera, double seconds);
+  /// A hand takes hold of the camera: what came before was a move of its own, rest or not.
+  void begin(const Camera& camera) { jump(camera); }
   /// The camera jumped: a move of its own.
   void jump(const Camera& camera);
   /// The camera before the last move, which may not have come to rest yet; `present` where there is
@@ -35,7 +37,8 @@ class CameraMoves {
  private:
   CameraHistory history_;
   Camera resting_;
-  int still_frames_ = 0;
+  double still_s_ = 0.0;
+  bool is_kept_ = false;  ///< the camera at rest is in the history
 };
 
 /// A camera path that is put together view by view, and its playing.
@@ -43,14 +46,17 @@ class PathMaker {
  public:
   static constexpr double kStepSeconds = 3.0;  ///< from key to key
 
+  /// Begins a new path where the one before is finished.
   void add(const Camera& camera);
   std::size_t size() const { return path_.keys.size(); }
   const CameraPath& path() const { return path_; }
-  void clear();
-  /// In place of what was made.
+  /// A finished path in place of what was made.
   void set(CameraPath path);
+  /// It is written down: still to be played, but not added to.
+  void finish() { is_finished_ = true; }
   /// Starts at the first key, or stops. A path of fewer than two keys does not play.
   void toggle_play();
+  void stop() { is_playing_ = false; }
   bool is_playing() const { return is_playing_; }
   /// The camera `seconds` after the one before; at the path's end playing ends with its last key.
   /// Only while playing.
@@ -58,11 +64,11 @@ class PathMaker {
 
  private:
   CameraPath path_;
-  bool is_playing_ = false;
+  bool is_playing_ = false, is_finished_ = false;
   double played_s_ = 0.0;
 };
 
-/// Appends the camera under the next name: "view 1", "view 2".
+/// Appends the camera under the next name that is free: "view 1", "view 2".
 void add_bookmark(std::vector<Bookmark>& bookmarks, const Camera& camera);
 
 }  // namespace cornice::viewer

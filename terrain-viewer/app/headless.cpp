@@ -37,6 +37,16 @@ std::filesystem::path frame_name(const std::filesystem::path& pattern, int frame
   return pattern.parent_path() / (text.substr(0, percent) + number.data() + text.substr(end + 1));
 }
 
+/// So that legends can be read in large pictures, too.
+int legend_scale(PixelSize size) { return std::max(1, (size.height + 500) / 1000); }
+
+/// Before anything is drawn. Throws UsageError.
+void check_ending(const std::filesystem::path& output) {
+  const std::string ending = output.extension().string();
+  if (ending != ".png" && ending != ".jpg" && ending != ".jpeg")
+    throw UsageError("--output", "is \"" + output.string() + "\"; a picture is .png or .jpg");
+}
+
 double milliseconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
       .count();
@@ -51,7 +61,7 @@ class Studio {
         session_(options),
         target_(size.width, size.height, options.samples),
         resolved_(size.width, size.height, 1) {
-    if (options.has_legend) overlay_ = std::make_unique<Overlay>();
+    if (options.has_legend) overlay_ = std::make_unique<Overlay>(legend_scale(size));
   }
 
   /// The camera of options without a path, and its light.
@@ -75,7 +85,7 @@ class Studio {
     if (overlay_)
       overlay_->draw(resolved_, [&] {
         draw_legends(session_.style(), session_.cover() == Cover::kDifference,
-                     session_.level_count(), size_.width);
+                     session_.level_count(), size_.width / legend_scale(size_));
       });
     Picture picture = read_picture(resolved_);
     select_ms_.push_back(counts.select_ms);
@@ -159,6 +169,7 @@ void draw_path(const Options& options, Studio& studio, Report& report, Progress&
 void run_headless(const Options& options, Report& report, Progress& progress) {
   if (options.output.empty())
     throw UsageError("--output", "is missing: where the picture is to go");
+  check_ending(options.output);
   if (options.files.empty())
     throw UsageError("FILE", "is missing: which hierarchies to draw, .hlod");
   if (!options.save_camera.empty() && !options.path.empty())

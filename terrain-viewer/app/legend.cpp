@@ -40,23 +40,6 @@ std::string label_of(const Ramp::Stop& stop) {
   return text.data();
 }
 
-/// Colours of overdraw as shaders/overdraw_colours.frag has them.
-Ramp overdraw_legend() {
-  return {"Drawn in a pixel",
-          "times",
-          {{0.0, {51, 115, 64}, "0"},
-           {1.0, {41, 64, 115}, "1"},
-           {2.0, {89, 128, 204}, "2"},
-           {3.0, {242, 217, 89}, "3"},
-           {4.0, {232, 176, 74}, "4"},
-           {5.0, {222, 135, 59}, "5"},
-           {6.0, {212, 94, 43}, "6"},
-           {7.0, {202, 54, 28}, "7"},
-           {8.0, {191, 13, 13}, "8 or more"},
-           {9.0, {191, 13, 13}}},
-          true};
-}
-
 Ramp level_legend(int levels) {
   Ramp ramp{"Level", "", {}, true};
   for (int level = 0; level < levels; ++level) {
@@ -73,7 +56,7 @@ ImU32 colour_of(Colour c) { return IM_COL32(c[0], c[1], c[2], 255); }
 
 }  // namespace
 
-float draw_legend(const Ramp& ramp, float right, float top) {
+LegendEdges draw_legend(const Ramp& ramp, float right, float top) {
   ImGui::SetNextWindowPos({right, top}, ImGuiCond_Always, {1.0f, 0.0f});
   ImGui::SetNextWindowBgAlpha(0.6f);
   ImGui::Begin(ramp.title.c_str(), nullptr,
@@ -101,22 +84,29 @@ float draw_legend(const Ramp& ramp, float right, float top) {
     widest = std::max(widest, ImGui::CalcTextSize(text.c_str()).x);
   }
   ImGui::Dummy({kBarWidth + 6.0f + widest, kBarHeight + 10.0f});
-  const float next = top + ImGui::GetWindowHeight() + 8.0f;
+  const LegendEdges edges{right - ImGui::GetWindowWidth(), top + ImGui::GetWindowHeight()};
   ImGui::End();
-  return next;
+  return edges;
 }
 
 std::optional<Ramp> legend_of(const Style& style, int levels) {
-  if (style.shading == Shading::kOverdraw) return overdraw_legend();
   if (style.shading == Shading::kLevel || style.shading == Shading::kCell)
     return level_legend(std::max(1, levels));
   return ramp_of(style);
 }
 
 void draw_legends(const Style& style, bool has_difference, int levels, int width) {
-  const float right = float(width) - 12.0f;
-  float top = 12.0f;
-  if (has_difference) top = draw_legend(difference_ramp(style.difference_high_m), right, top);
+  constexpr float kGap = 8.0f;
+  float right = float(width) - 12.0f, top = 12.0f;
+  if (has_difference) {
+    const LegendEdges above = draw_legend(difference_ramp(style.difference_high_m), right, top);
+    // Another is as high: beside this one where there is no room below.
+    const bool fits = 2.0f * above.bottom - top + kGap <= ImGui::GetIO().DisplaySize.y;
+    if (fits)
+      top = above.bottom + kGap;
+    else
+      right = above.left - kGap;
+  }
   if (const auto ramp = legend_of(style, levels)) draw_legend(*ramp, right, top);
 }
 

@@ -10,16 +10,21 @@
 
 namespace cornice::viewer {
 
+/// Where a legend ends, pixels.
+struct LegendEdges {
+  float left = 0.0f, bottom = 0.0f;
+};
+
 /// The colours of a ramp, low to high from the bottom to the top, with the values of its stops.
-/// Below `top`, its right edge at `right`; returns where the next legend may begin. Pixels.
-float draw_legend(const Ramp& ramp, float right, float top);
+/// Below `top`, its right edge at `right`, pixels.
+LegendEdges draw_legend(const Ramp& ramp, float right, float top);
 
 /// What explains the colours of a shading: its ramp, or classes for levels and counts; nothing
 /// where colours speak for themselves. levels: how many the scene has.
 std::optional<Ramp> legend_of(const Style& style, int levels);
 
-/// A legend for each ramp that is in use, at the upper right. has_difference: a difference map
-/// lies over the ground.
+/// A legend for each ramp that is in use, at the upper right, one below the other or side by side.
+/// has_difference: a difference map lies over the ground.
 void draw_legends(const Style& style, bool has_difference, int levels, int width);
 
 /// Edges of what lies in the lower left corner, pixels.

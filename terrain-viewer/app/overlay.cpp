@@ -8,9 +8,14 @@
 
 namespace cornice::viewer {
 
-Overlay::Overlay() {
+Overlay::Overlay(int scale) : scale_(static_cast<float>(scale)) {
   ImGui::CreateContext();
-  ImGui::GetIO().IniFilename = nullptr;
+  ImGuiIO& io = ImGui::GetIO();
+  io.IniFilename = nullptr;
+  ImFontConfig font;
+  font.SizePixels = 13.0f * scale_;
+  io.Fonts->AddFontDefault(&font);
+  io.FontGlobalScale = 1.0f / scale_;
   if (ImGui_ImplOpenGL3_Init("#version 450 core")) return;
   ImGui::DestroyContext();
   throw RunError("OpenGL", "cannot draw a legend: its library, libGL.so.1, is not there");
@@ -23,7 +28,8 @@ Overlay::~Overlay() {
 
 void Overlay::draw(const Target& target, const std::function<void()>& panels) {
   ImGuiIO& io = ImGui::GetIO();
-  io.DisplaySize = {float(target.width()), float(target.height())};
+  io.DisplaySize = {float(target.width()) / scale_, float(target.height()) / scale_};
+  io.DisplayFramebufferScale = {scale_, scale_};
   // Nothing may depend on the time between pictures.
   io.DeltaTime = 1.0f / 60.0f;
   for (int round = 0; round < 2; ++round) {

@@ -12,8 +12,9 @@ namespace cornice::viewer {
 /// end.
 class Overlay {
  public:
-  /// Throws RunError where Dear ImGui finds no OpenGL to draw with.
-  Overlay();
+  /// scale: pixels of the picture for one of a panel. Throws RunError where Dear ImGui finds no
+  /// OpenGL to draw with.
+  explicit Overlay(int scale = 1);
   ~Overlay();
   Overlay(const Overlay&) = delete;
   Overlay& operator=(const Overlay&) = delete;
@@ -21,6 +22,9 @@ class Overlay {
   /// Draws what `panels` does over the target, of one sample. Called twice: panels that fit
   /// themselves to what is in them have their size the second time only.
   void draw(const Target& target, const std::function<void()>& panels);
+
+ private:
+  float scale_;
 };
 
 }  // namespace cornice::viewer

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "terrain-viewer/app/go_to.h"
+#include "terrain-viewer/app/key_actions.h"
 #include "terrain-viewer/app/legend.h"
 
 namespace cornice::viewer {
@@ -16,8 +17,6 @@ namespace {
 constexpr ImGuiWindowFlags kPlain = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoInputs |
                                     ImGuiWindowFlags_AlwaysAutoResize |
                                     ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav;
-/// Of the scale bar while the cursor is over the sky.
-constexpr double kUnknownDepthM = 1000.0;
 constexpr float kLayersWidth = 300.0f;
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
@@ -48,27 +47,19 @@ void draw_cover(Session& session) {
 }
 
 /// Returns its edges.
-Taken draw_read_out(const PanelState& state, const Camera& camera, int width, int height,
-                    const std::optional<UnderCursor>& under) {
+Taken draw_read_out(const PanelState& state, const Camera& camera, int width, int height) {
   ImGui::SetNextWindowPos({12.0f, float(height) - 12.0f}, ImGuiCond_Always, {0.0f, 1.0f});
   ImGui::SetNextWindowBgAlpha(0.6f);
-  ImGui::SetNextWindowSizeConstraints({0.0f, 0.0f}, {float(width) - 24.0f, float(height)});
+  ImGui::SetNextWindowSizeConstraints(
+      {0.0f, 0.0f}, {std::max(1.0f, float(width) - 24.0f), std::max(1.0f, float(height))});
   ImGui::Begin("read-out", nullptr, kPlain);
-  if (under) {
-    ImGui::Text("E %.2f  N %.2f  H %.2f m", under->point.x, under->point.y, under->point.z);
-    if (under->slope_deg) {
-      ImGui::SameLine();
-      ImGui::Text("  slope %.0f deg", *under->slope_deg);
-    }
-  } else {
-    ImGui::Text("sky");
-  }
+  ImGui::TextUnformatted(state.read_out.c_str());
   ImGui::Text("eye E %.1f  N %.1f  H %.1f m", camera.eye.x, camera.eye.y, camera.eye.z);
   ImGui::Text("heading %.0f, pitch %.0f, %s %.3g m/s", camera.heading_deg, camera.pitch_deg,
               state.walks ? "walking" : "flying", state.speed_ms);
   if (!state.message.empty()) {
     ImGui::PushStyleColor(ImGuiCol_Text, {1.0f, 0.75f, 0.4f, 1.0f});
-    ImGui::PushTextWrapPos(float(width) - 40.0f);
+    ImGui::PushTextWrapPos(std::max(60.0f, float(width) - 40.0f));
     ImGui::TextUnformatted(state.message.c_str());
     ImGui::PopTextWrapPos();
     ImGui::PopStyleColor();
@@ -132,16 +123,52 @@ void draw_split(PanelState& state, const Session& session) {
   ImGui::SameLine();
   button("side by side", Split::Kind::kSideBySide);
   if (state.split != Split::Kind::kSwipe) return;
-  auto share = static_cast<float>(state.swipe);
-  if (ImGui::SliderFloat("line", &share, 0.0f, 1.0f, "")) state.swipe = share;
+  auto share = static_cast<float>(state.line.share);
+  if (ImGui::SliderFloat("line", &share, 0.0f, 1.0f, "")) state.line.share = share;
 }
 
-/// Between the two pictures.
-void draw_split_line(const PanelState& state, const Session& session, int width, int height) {
+/// What is seen on both sides, by names.
+SideNames sides_of(Session& session) {
+  std::vector<std::string> visible;
+  for (std::size_t i = 0; i < session.layers().size(); ++i)
+    if (session.looks()[i].is_visible) visible.push_back(session.layers()[i]->name());
+  std::string cover;
+  if (session.cover() == Cover::kPhoto) cover = "photograph " + session.photo()->name();
+  if (session.cover() == Cover::kDifference) cover = "differences " + session.difference()->name();
+  return side_names(visible, cover);
+}
+
+/// A name at the top beside the line, cut where its side ends: `left` and `right` are the side's.
+void draw_side_name(const std::string& name, float left, float right, bool is_at_right) {
+  constexpr float kTop = 12.0f, kGap = 10.0f, kPad = 4.0f;
+  const ImVec2 size = ImGui::CalcTextSize(name.c_str());
+  const float x = is_at_right ? right - kGap - size.x : left + kGap;
+  ImDrawList* draw = ImGui::GetForegroundDrawList();
+  draw->PushClipRect({left, 0.0f}, {right, kTop + size.y + 2.0f * kPad}, true);
+  draw->AddRectFilled({x - kPad, kTop - kPad}, {x + size.x + kPad, kTop + size.y + kPad},
+                      IM_COL32(0, 0, 0, 170), 3.0f);
+  draw->AddText({x, kTop}, IM_COL32_WHITE, name.c_str());
+  draw->PopClipRect();
+}
+
+/// Between the two pictures, with a handle where it can be dragged.
+void draw_split_line(const PanelState& state, Session& session, int width, int height) {
   if (!session.can_split() || state.split == Split::Kind::kNone) return;
   const bool is_swipe = state.split == Split::Kind::kSwipe;
-  const float x = is_swipe ? float(state.swipe) * float(width) : float(width / 2);
-  ImGui::GetBackgroundDrawList()->AddLine({x, 0.0f}, {x, float(height)}, IM_COL32_WHITE, 2.0f);
+  const float x = is_swipe ? float(state.line.share) * float(width) : float(width / 2);
+  const float middle = 0.5f * float(height);
+  ImDrawList* draw = ImGui::GetBackgroundDrawList();
+  draw->AddLine({x, 0.0f}, {x, float(height)}, IM_COL32_WHITE, 2.0f);
+  if (is_swipe) {
+    draw->AddCircleFilled({x, middle}, 9.0f, IM_COL32(255, 255, 255, 230));
+    draw->AddTriangleFilled({x - 6.0f, middle}, {x - 2.0f, middle - 4.0f},
+                            {x - 2.0f, middle + 4.0f}, IM_COL32(60, 60, 60, 255));
+    draw->AddTriangleFilled({x + 6.0f, middle}, {x + 2.0f, middle + 4.0f},
+                            {x + 2.0f, middle - 4.0f}, IM_COL32(60, 60, 60, 255));
+  }
+  const SideNames names = sides_of(session);
+  draw_side_name(names.left, 0.0f, x, true);
+  draw_side_name(names.right, x, float(width), false);
 }
 
 /// Up and down in the order in which layers are drawn, and visible and opaque.
@@ -239,30 +266,8 @@ void draw_frames(PanelState& state, Session& session, const FrameCounts& counts)
 void draw_help(PanelState& state) {
   if (!state.shows_help) return;
   ImGui::Begin("Help", &state.shows_help, ImGuiWindowFlags_AlwaysAutoResize);
-  ImGui::TextUnformatted(
-      "left drag      turn around the point under the cursor\n"
-      "right drag     move the ground with the cursor\n"
-      "middle drag    look around\n"
-      "wheel          towards the cursor and back; while flying: speed\n"
-      "double click   go there\n"
-      "W A S D  Q E   fly; Shift: five times as fast\n"
-      "Space          walk on the ground, fly again\n"
-      "Home           see all\n"
-      "Ctrl+Z Ctrl+Y  camera back and forth\n"
-      "G              go to coordinates\n"
-      "B              bookmark this view, see the layers' panel\n"
-      "N              next shading      C  contour lines\n"
-      "X              edges             L  layers\n"
-      "O              photograph, differences, neither\n"
-      "V              one picture, swipe, side by side\n"
-      "K              freeze what is chosen\n"
-      "1 .. 9         show or hide a layer\n"
-      "Tab            blink between the last two layers\n"
-      "F3             frame times       F11  full screen\n"
-      "F12            picture and its camera\n"
-      "Ctrl+Q         quit\n"
-      "P              add this view to a path; Shift+P saves it, Ctrl+P plays it\n"
-      "drop a file    hierarchy: a layer; raster: over the ground");
+  // The font's letters are all equally wide.
+  for (const HelpRow& row : help_rows()) ImGui::Text("%-18s%s", row.keys, row.does);
   ImGui::End();
 }
 
@@ -289,15 +294,12 @@ void draw_place_box(PanelState& state, Session& session, const Camera& camera, i
 }  // namespace
 
 PanelResult draw_panels(PanelState& state, Session& session, const Camera& camera, int width,
-                        int height, const std::optional<UnderCursor>& under,
-                        const FrameCounts& counts, const Ground& ground) {
+                        int height, const FrameCounts& counts, const Ground& ground) {
   PanelResult result;
   draw_legends(session.style(), session.cover() == Cover::kDifference, session.level_count(),
                width);
-  const Taken taken = draw_read_out(state, camera, width, height, under);
-  const double depth =
-      under ? dot(under->point - camera.eye, axes_of(camera).forward) : kUnknownDepthM;
-  draw_scale_and_north(camera, width, height, depth, taken);
+  const Taken taken = draw_read_out(state, camera, width, height);
+  draw_scale_and_north(camera, width, height, state.depth_m, taken);
   draw_layers(state, session, height, result);
   draw_split_line(state, session, width, height);
   draw_frames(state, session, counts);

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "terrain-viewer/app/camera_memory.h"
-#include "terrain-viewer/app/pick.h"
 #include "terrain-viewer/app/session.h"
+#include "terrain-viewer/app/swipe_line.h"
 #include "terrain-viewer/scene/camera.h"
 
 namespace cornice::viewer {
@@ -37,7 +37,9 @@ struct PanelState {
   bool asks_place = false;
   std::array<char, 96> place{};
   Split::Kind split = Split::Kind::kNone;
-  double swipe = 0.5;                         ///< share of the width
+  SwipeLine line;                             ///< of Split::Kind::kSwipe
+  std::string read_out = "sky";               ///< what is under the cursor
+  double depth_m = 1000.0;                    ///< along the line of sight, for the scale bar
   std::vector<std::filesystem::path> recent;  ///< files opened lately
   std::string message;                        ///< last line of the log
   std::string message_of_place;               ///< why the place asked for is none
@@ -56,9 +58,9 @@ struct PanelResult {
   std::optional<std::filesystem::path> open;
 };
 
-/// ground: height in plan, asked where a place without a height is gone to.
+/// width, height: of the window, in ImGui's units. ground: height in plan, asked where a place
+/// without a height is gone to.
 PanelResult draw_panels(PanelState& state, Session& session, const Camera& camera, int width,
-                        int height, const std::optional<UnderCursor>& under,
-                        const FrameCounts& counts, const Ground& ground);
+                        int height, const FrameCounts& counts, const Ground& ground);
 
 }  // namespace cornice::viewer

@@ -13,6 +13,7 @@ namespace cornice::viewer {
 struct UnderCursor {
   Vec3d point;
   std::optional<double> slope_deg;
+  friend bool operator==(const UnderCursor&, const UnderCursor&) = default;
 };
 
 /// The point seen in a pixel (x, y) of a picture of that size, given its depth (1 at kNearM, 0 at

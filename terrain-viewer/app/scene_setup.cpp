@@ -122,8 +122,6 @@ Style style_for(const Options& options, const Layers& layers) {
   style.low_m = box.lowest.z;
   style.high_m = std::max(box.highest.z, box.lowest.z + 1.0);
   style.has_edges = options.has_edges;
-  const double extent = std::hypot(box.highest.x - box.lowest.x, box.highest.y - box.lowest.y);
-  style.haze_range_m = std::max(30000.0, 2.0 * extent);
   return style;
 }
 

@@ -41,7 +41,7 @@ Light light_of(const Options& options);
 std::optional<GlobePosition> place_of(const Layers& layers);
 
 /// Style by the options and by where the layers lie: the sun at the time given, snow and tree line
-/// by latitude, haze by size. Throws UsageError for a time that is none or cannot be had.
+/// by latitude. Throws UsageError for a time that is none or cannot be had.
 Style style_for(const Options& options, const Layers& layers);
 
 /// Box of all layers.

@@ -2,6 +2,7 @@
 #include "terrain-viewer/app/session.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 
 namespace cornice::viewer {
@@ -160,6 +161,11 @@ void Session::draw_panes(GLuint framebuffer, const LayerView& view, const Split&
   const auto end = [&] {
     if (style_.shading == Shading::kOverdraw) counts.overdraw = renderer_.show_overdraw();
   };
+  if (split.kind == Split::Kind::kSideBySide) {
+    // Of an odd width a column is left over.
+    const std::array<float, 4> black{0.0f, 0.0f, 0.0f, 1.0f};
+    glClearNamedFramebufferfv(framebuffer, GL_COLOR, 0, black.data());
+  }
   begin(0);
   const bool is_split = split.kind != Split::Kind::kNone;
   draw_part(is_split ? Part::kFirst : Part::kWhole, split, counts);

@@ -129,10 +129,13 @@ void GpuCells::unlink(std::uint32_t slot) {
 std::optional<GpuCell> GpuCells::use(CellId id, std::uint64_t frame) {
   const std::uint32_t slot = slot_of(id);
   if (slot == kNone) return std::nullopt;
-  held_[slot].frame = frame;
-  unlink(slot);
-  link_as_latest(slot);
-  return held_[slot].cell;
+  Held& held = held_[slot];
+  if (held.frame != frame) {
+    held.frame = frame;
+    unlink(slot);
+    link_as_latest(slot);
+  }
+  return held.cell;
 }
 
 std::optional<GpuCells::Place> GpuCells::take_on(std::uint32_t page, const PageSize& size) {

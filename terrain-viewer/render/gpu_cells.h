@@ -51,7 +51,7 @@ class GpuCells {
   void expect(std::uint64_t vertices, std::uint64_t indices);
 
   bool holds(CellId id) const { return slot_of(id) != kNone; }
-  /// Empty where the cell is not there; counts as its use in frame `frame`.
+  /// Empty where the cell is not there; counts as its use in frame `frame`, the first time there.
   std::optional<GpuCell> use(CellId id, std::uint64_t frame);
   /// Puts a cell there; cells last used before frame `frame` make room and are appended to
   /// `dropped`. False where that is not enough. Throws RunError where the GPU has no room at all.

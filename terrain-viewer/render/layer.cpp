@@ -35,6 +35,10 @@ constexpr double kRoomShare = 0.85;
 constexpr double kRoomFactor = 0.9;
 constexpr int kRoomStepLimit = 100, kLikelySteps = 3;
 
+/// Cells that a frame asks for at most: more than are read or taken up until the next one, and not
+/// more work for the frame because the view has jumped.
+constexpr std::size_t kMostAsked = 512;
+
 std::uint64_t packed_vertices(const hlod::Node& node) {
   return std::uint64_t{node.vertices} + (node.key.level > 0 ? node.parents : node.vertices);
 }
@@ -112,7 +116,7 @@ void Layer::look(const LayerView& view) {
   // A box beside or behind the eye can be on the right side of every plane without being in sight,
   // and of these planes without being so of the wider ones. What is not held ready must not count
   // as seen, or it would hold the level of detail back for good.
-  frustum_.planes.insert(frustum_.planes.end(), wider_.planes.begin(), wider_.planes.end());
+  frustum_.add(wider_);
 }
 
 /// Finds what radii take, in need_.
@@ -124,12 +128,31 @@ bool Layer::fits(const hlod::Radii& radii, std::uint64_t room) {
   return bytes <= room;
 }
 
-std::vector<std::uint32_t> Layer::missing_of_need() const {
-  std::vector<std::uint32_t> missing;
+/// Finds the most urgent of what the view needs and lacks, and counts all of that.
+void Layer::find_missing(std::size_t most) {
+  missing_.clear();
   for (const std::uint32_t c : need_)
-    if (is_loaded_[c] == 0) missing.push_back(c);
-  hlod::sort_by_urgency(tree_, eye_, missing);
-  return missing;
+    if (is_loaded_[c] == 0) missing_.push_back(c);
+  counts_.cells_missing = static_cast<std::uint32_t>(missing_.size());
+  hlod::keep_most_urgent(tree_, eye_, most, missing_, urgency_);
+}
+
+/// Finds what the eye will need and lack.
+void Layer::look_ahead(const LayerView& view) {
+  const hlod::FinePoint ahead =
+      hlod::fine_eye(view.camera.eye + kAheadSeconds * view.velocity, tree_.lattice);
+  const hlod::Radii radii =
+      hlod::scaled(hlod::radii_for_eye(tree_, scale_, ahead), share_, tree_.metric);
+  hlod::needed_cells(tree_, radii, ahead, wider_, missing_);
+  std::erase_if(missing_, [&](std::uint32_t c) { return is_loaded_[c] != 0; });
+  hlod::keep_most_urgent(tree_, ahead, kMostAsked, missing_, urgency_);
+}
+
+/// Whether radii_ draw nothing but what need_, found with `target`, holds: no radius is larger.
+bool Layer::shows_only_need(const hlod::Radii& target) const {
+  for (std::size_t l = 0; l < target.of.size(); ++l)
+    if (radii_.of[l] > target.of[l]) return false;
+  return true;
 }
 
 /// How often radii are cut so that what they take has room, and finds that in need_. A walk or two
@@ -153,13 +176,9 @@ int Layer::find_room_step(const hlod::Radii& radii, double share, std::uint64_t 
 }
 
 hlod::Radii Layer::wanted_radii(const LayerView& view, std::uint64_t capacity_bytes) {
-  const double scale = hlod::error_scale(kErrorShare * view.error_pixels, view.height,
-                                         view.camera.field_of_view_deg);
-  if (scale != scale_) {
-    reaches_ = hlod::reaches(tree_, scale);
-    scale_ = scale;
-  }
-  const hlod::Radii radii = hlod::radii_for_eye(tree_, reaches_, eye_);
+  scale_ = hlod::error_scale(kErrorShare * view.error_pixels, view.height,
+                             view.camera.field_of_view_deg);
+  const hlod::Radii radii = hlod::radii_for_eye(tree_, scale_, eye_);
   double share = 1.0;
   if (view.triangle_budget > 0)
     share = hlod::share_for_budget(tree_, radii, eye_, frustum_, view.triangle_budget, scratch_);
@@ -191,23 +210,22 @@ void Layer::set_present(std::uint32_t tree_cell, bool is_present) {
 
 bool Layer::upload(std::uint32_t tree_cell, GpuCells& cells, std::uint64_t frame, Growth growth) {
   const hlod::TreeCell& cell = tree_.cells[tree_cell];
-  std::vector<CellId> dropped;
+  dropped_.clear();
   bool is_whole = true;
   for (std::uint32_t part = 0; part < cell.parts && is_whole; ++part) {
     const std::uint32_t row = cell.first_node + part;
     if (cells.holds({id_, row})) continue;
     const auto packed = store_.find(row);
-    is_whole = packed != nullptr && cells.put({id_, row}, *packed, frame, dropped, growth);
+    is_whole = packed != nullptr && cells.put({id_, row}, *packed, frame, dropped_, growth);
     if (is_whole) counts_.uploaded_bytes += packed->bytes();
   }
-  for (const CellId id : dropped)
+  for (const CellId id : dropped_)
     if (id.layer == id_) set_present(cell_of_row_[id.row], false);
   if (is_whole) set_present(tree_cell, true);
   return is_whole;
 }
 
-void Layer::stream(const std::vector<std::uint32_t>& missing, const UploadLimit& limit,
-                   GpuCells& cells, std::uint64_t frame) {
+void Layer::stream(const UploadLimit& limit, GpuCells& cells, std::uint64_t frame) {
   const auto start = std::chrono::steady_clock::now();
   const auto has_room = [&] {
     if (counts_.uploaded_bytes == 0) return true;
@@ -217,7 +235,7 @@ void Layer::stream(const std::vector<std::uint32_t>& missing, const UploadLimit&
   };
   counts_.uploaded_bytes = 0;
   rows_.clear();
-  for (const std::uint32_t c : missing) {
+  for (const std::uint32_t c : missing_) {
     const bool may_upload = has_room();
     bool is_held = true;
     for (std::uint32_t part = 0; part < tree_.cells[c].parts; ++part) {
@@ -274,25 +292,19 @@ const DrawList& Layer::update(const LayerView& view, GpuCells& cells, std::uint6
   look(view);
   const hlod::Radii target = wanted_radii(view, cells.capacity_bytes());
   keep_need(cells, frame);
-  auto missing = missing_of_need();
-  counts_.cells_missing = static_cast<std::uint32_t>(missing.size());
+  find_missing(kMostAsked);
   double upload_seconds = view.seconds;
-  if (missing.empty() && norm(view.velocity) > 0.0) {
+  if (missing_.empty() && norm(view.velocity) > 0.0) {
     upload_seconds *= view.ahead_share;
-    const hlod::FinePoint ahead =
-        hlod::fine_eye(view.camera.eye + kAheadSeconds * view.velocity, tree_.lattice);
-    missing = hlod::wanted_cells(
-        tree_, is_loaded_,
-        hlod::scaled(hlod::radii_for_eye(tree_, reaches_, ahead), share_, tree_.metric), ahead,
-        wider_);
+    look_ahead(view);
   }
-  stream(missing,
-         {view.upload_bytes_per_s * upload_seconds, view.upload_time_share * upload_seconds}, cells,
+  stream({view.upload_bytes_per_s * upload_seconds, view.upload_time_share * upload_seconds}, cells,
          frame);
   const double share = has_radii_ ? 1.0 - std::exp(-view.seconds / kRadiiSeconds) : 1.0;
   radii_ = hlod::blended(has_radii_ ? radii_ : target, target, share, tree_.metric);
   has_radii_ = true;
-  hlod::hold_to_loaded(tree_, is_loaded_, eye_, frustum_, radii_);
+  if (counts_.cells_missing > 0 || !shows_only_need(target))
+    hlod::hold_to_loaded(tree_, is_loaded_, eye_, frustum_, radii_, walk_);
   choose(cells, frame);
   return list_;
 }
@@ -306,18 +318,17 @@ bool Layer::settle(const LayerView& view, GpuCells& cells, std::uint64_t frame) 
   std::size_t missing_before = std::numeric_limits<std::size_t>::max();
   while (true) {
     keep_need(cells, frame);
-    const auto missing = missing_of_need();
-    counts_.cells_missing = static_cast<std::uint32_t>(missing.size());
-    if (missing.empty() || missing.size() >= missing_before) break;
-    missing_before = missing.size();
+    find_missing(need_.size());
+    if (missing_.empty() || missing_.size() >= missing_before) break;
+    missing_before = missing_.size();
     // In batches that the store can hold.
-    stream(missing, kNoLimit, cells, frame);
+    stream(kNoLimit, cells, frame);
     store_.wait();
-    stream(missing, kNoLimit, cells, frame);
+    stream(kNoLimit, cells, frame);
   }
   radii_ = target;
   has_radii_ = true;
-  hlod::hold_to_loaded(tree_, is_loaded_, eye_, frustum_, radii_);
+  hlod::hold_to_loaded(tree_, is_loaded_, eye_, frustum_, radii_, walk_);
   choose(cells, frame);
   return counts_.cells_missing == 0;
 }

@@ -77,14 +77,15 @@ class Layer {
   void look(const LayerView& view);
   bool fits(const hlod::Radii& radii, std::uint64_t room);
   int find_room_step(const hlod::Radii& radii, double share, std::uint64_t room);
-  std::vector<std::uint32_t> missing_of_need() const;
+  void find_missing(std::size_t most);
+  void look_ahead(const LayerView& view);
+  bool shows_only_need(const hlod::Radii& target) const;
   /// What a frame may take up to the GPU.
   struct UploadLimit {
     double bytes = 0.0, seconds = 0.0;
     Growth growth = Growth::kSoon;
   };
-  void stream(const std::vector<std::uint32_t>& missing, const UploadLimit& limit, GpuCells& cells,
-              std::uint64_t frame);
+  void stream(const UploadLimit& limit, GpuCells& cells, std::uint64_t frame);
   bool upload(std::uint32_t tree_cell, GpuCells& cells, std::uint64_t frame, Growth growth);
   void keep_need(GpuCells& cells, std::uint64_t frame);
   void set_present(std::uint32_t tree_cell, bool is_present);
@@ -103,8 +104,7 @@ class Layer {
   std::vector<std::uint32_t> bytes_;        ///< on the GPU, by index into the tree
   std::uint64_t all_bytes_ = 0;
   std::vector<std::uint32_t> need_;  ///< what this frame's view takes, coarse before fine
-  std::vector<float> reaches_;
-  double scale_ = 0.0;
+  double scale_ = 0.0;               ///< hlod::error_scale of the view
   double share_ = 1.0;
   int room_step_ = 0;  ///< times that kRoomFactor was needed to fit the GPU's room
   hlod::FinePoint eye_;
@@ -112,9 +112,13 @@ class Layer {
   hlod::Frustum wider_;    ///< of what is held ready
   hlod::Radii radii_;
   bool has_radii_ = false;
+  std::vector<std::uint32_t> missing_;  ///< what stream() is to get, the most urgent first
   hlod::Selection selection_, scratch_;
-  std::vector<std::uint64_t> order_;  ///< memory that choose() uses again
-  std::vector<std::uint32_t> rows_;   ///< memory that stream() uses again
+  hlod::UrgencyMemory urgency_;  ///< memory that is used again, as all below
+  hlod::WalkMemory walk_;
+  std::vector<std::uint64_t> order_;  ///< of choose()
+  std::vector<std::uint32_t> rows_;   ///< of stream()
+  std::vector<CellId> dropped_;       ///< of upload()
   DrawList list_;
   LayerCounts counts_;
 };

@@ -1,18 +1,34 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "terrain-viewer/render/overdraw.h"
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "terrain-viewer/render/shaders.h"
+#include "terrain-viewer/scene/ramp.h"
 
 namespace cornice::viewer {
+namespace {
+
+/// As in shaders/overdraw_colours.frag.
+constexpr std::size_t kColours = 9;
+
+}  // namespace
 
 Overdraw::Overdraw()
     : count_program_(make_program("overdraw", shaders::kSurfaceVertex, shaders::kOverdrawFragment)),
       show_program_(
           make_program("overdraw colours", shaders::kSkyVertex, shaders::kOverdrawColoursFragment)),
-      array_(make_vertex_array()) {}
+      array_(make_vertex_array()) {
+  const Ramp ramp = overdraw_ramp();
+  std::array<float, 3 * kColours> colours{};
+  for (std::size_t i = 0; i < kColours; ++i)
+    for (std::size_t c = 0; c < 3; ++c)
+      colours[3 * i + c] = float(ramp.stops[i].colour[c]) / 255.0f;
+  glProgramUniform3fv(show_program_.id(), glGetUniformLocation(show_program_.id(), "colours"),
+                      kColours, colours.data());
+}
 
 void Overdraw::begin(int width, int height) {
   if (!target_ || target_->width() != width || target_->height() != height) {

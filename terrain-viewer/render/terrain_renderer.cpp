@@ -11,6 +11,7 @@
 #include "hlod/octahedral.h"
 #include "terrain-viewer/render/overdraw.h"
 #include "terrain-viewer/render/shaders.h"
+#include "terrain-viewer/scene/sun.h"
 
 namespace cornice::viewer {
 namespace {
@@ -18,7 +19,7 @@ namespace {
 /// As in shaders/frame.glsl.
 struct FrameBlock {
   Matrix4 view_projection{};
-  std::array<float, 4> sun{}, sky{}, ground{}, haze{}, eye_height{}, contours{};
+  std::array<float, 4> sun{}, sun_colour{}, sky{}, ground{}, haze{}, eye_height{}, contours{};
   std::array<std::int32_t, 4> shading{};
   std::array<float, 4> swipe{};
 };
@@ -129,16 +130,15 @@ FrameBlock frame_block(const Camera& camera, int width, int height, const Style&
   FrameBlock block;
   block.view_projection = view_projection(camera, double(width) / height, kNearM);
   const Vec3d sun = normalized(style.sun);
-  // The lower the sun, the less of its light comes through.
-  const double height_factor = std::clamp(sun.z * 4.0 + 0.15, 0.0, 1.0);
-  block.sun = floats(sun, style.sun_strength * height_factor);
-  block.sky = floats({0.45, 0.62, 0.92}, style.ambient);
+  const Daylight day = daylight(sun.z);
+  block.sun = floats(sun, style.sun_strength * day.sun);
+  block.sun_colour = floats(day.sun_colour, day.warmth);
+  block.sky = floats(day.sky, style.ambient);
   const double thinning = style.haze_height_m > 0.0
                               ? std::exp(-std::max(0.0, camera.eye.z) / style.haze_height_m)
                               : 1.0;
-  block.ground = floats({0.42, 0.38, 0.32},
-                        style.haze_range_m > 0.0 ? thinning * 2.0 / style.haze_range_m : 0.0);
-  block.haze = floats({0.66, 0.76, 0.88}, style.haze_height_m);
+  block.ground = floats(day.ground, style.haze_range_m > 0.0 ? thinning / style.haze_range_m : 0.0);
+  block.haze = floats(day.haze, style.haze_height_m);
   const auto ramp = ramp_of(style);
   block.eye_height = {static_cast<float>(camera.eye.z), ramp ? static_cast<float>(ramp->low()) : 0,
                       ramp ? static_cast<float>(ramp->high()) : 1,

@@ -27,29 +27,43 @@ json read_document(const std::filesystem::path& path) {
   }
 }
 
+/// No projection has coordinates beyond, metres.
+constexpr double kFarthestM = 1e8;
+
+/// where: what precedes the key's name in an error, such as "keys[2].".
 double number(const json& object, const char* key, double lowest, double highest,
-              const std::string& file) {
+              const std::string& file, const std::string& where = "") {
   const auto found = object.find(key);
-  if (found == object.end() || !found->is_number())
-    throw InputError(file, std::string("\"") + key + "\" is missing or no number");
-  const double value = found->get<double>();
-  if (!std::isfinite(value) || value < lowest || value > highest)
-    throw InputError(file, std::string("\"") + key + "\" is " + found->dump() + "; accepted: " +
-                               json(lowest).dump() + " to " + json(highest).dump());
-  return value;
+  std::string problem;
+  if (found == object.end())
+    problem = "is missing";
+  else if (!found->is_number() || found->get<double>() < lowest || found->get<double>() > highest)
+    problem = "is " + found->dump();
+  if (problem.empty()) return found->get<double>();
+  throw InputError(file, "\"" + where + key + "\" " + problem + "; accepted: a number from " +
+                             ordered_json(lowest).dump() + " to " + ordered_json(highest).dump());
 }
 
-Camera camera_from(const json& object, const std::string& file) {
-  if (!object.is_object()) throw InputError(file, "a camera is a JSON object");
+Camera camera_from(const json& object, const std::string& file, const std::string& where = "") {
+  if (!object.is_object())
+    throw InputError(
+        file, (where.empty() ? "a camera" : "\"" + where.substr(0, where.size() - 1) + "\"") +
+                  " is to be an object with \"eye\", \"heading_deg\", \"pitch_deg\" "
+                  "and \"field_of_view_deg\"");
   const auto eye = object.find("eye");
+  const auto is_coordinate = [](const json& v) {
+    return v.is_number() && std::abs(v.get<double>()) <= kFarthestM;
+  };
   if (eye == object.end() || !eye->is_array() || eye->size() != 3 ||
-      !std::all_of(eye->begin(), eye->end(), [](const json& v) { return v.is_number(); }))
-    throw InputError(file, "\"eye\" is to be [easting, northing, height] in metres");
+      !std::all_of(eye->begin(), eye->end(), is_coordinate))
+    throw InputError(file, "\"" + where +
+                               "eye\" is to be [easting, northing, height] in metres, each within "
+                               "100,000 km of 0");
   Camera camera;
   camera.eye = {eye->at(0).get<double>(), eye->at(1).get<double>(), eye->at(2).get<double>()};
-  camera.heading_deg = number(object, "heading_deg", -360.0, 360.0, file);
-  camera.pitch_deg = number(object, "pitch_deg", -90.0, 90.0, file);
-  camera.field_of_view_deg = number(object, "field_of_view_deg", 1.0, 150.0, file);
+  camera.heading_deg = number(object, "heading_deg", -360.0, 360.0, file, where);
+  camera.pitch_deg = number(object, "pitch_deg", -90.0, 90.0, file, where);
+  camera.field_of_view_deg = number(object, "field_of_view_deg", 1.0, 150.0, file, where);
   return camera;
 }
 
@@ -105,10 +119,13 @@ CameraPath read_camera_path(const std::filesystem::path& path) {
   if (document.contains("frames_per_second"))
     cameras.frames_per_second = number(document, "frames_per_second", 0.01, 1000.0, file);
   for (const json& key : document["keys"]) {
-    const Camera camera = camera_from(key, file);
-    const double time = number(key, "time_s", 0.0, 1e6, file);
+    const std::string where = "keys[" + std::to_string(cameras.keys.size()) + "]";
+    const Camera camera = camera_from(key, file, where + ".");
+    const double time = number(key, "time_s", 0.0, 1e6, file, where + ".");
     if (!cameras.keys.empty() && time <= cameras.keys.back().time_s)
-      throw InputError(file, "\"time_s\" has to rise from key to key");
+      throw InputError(file,
+                       "\"" + where + ".time_s\" is " + key["time_s"].dump() +
+                           ", no later than the key before; time has to rise from key to key");
     cameras.keys.push_back({time, camera});
   }
   return cameras;

@@ -28,6 +28,14 @@ Camera fly(const Camera& camera, const FlyInput& input, double speed_ms, double 
   return moved;
 }
 
+Camera walk(const Camera& camera, const FlyInput& input, double speed_ms, double seconds_s) {
+  Camera level = camera;
+  level.pitch_deg = 0.0;
+  level = fly(level, {input.forward, input.right, 0.0}, speed_ms, seconds_s);
+  level.pitch_deg = camera.pitch_deg;
+  return level;
+}
+
 Camera turn(const Camera& camera, double heading_deg, double pitch_deg) {
   Camera turned = camera;
   turned.heading_deg = wrapped(camera.heading_deg + heading_deg);

@@ -20,6 +20,9 @@ struct FlyInput {
 /// The camera after flying for seconds_s at speed_ms metres a second.
 Camera fly(const Camera& camera, const FlyInput& input, double speed_ms, double seconds_s);
 
+/// The camera after walking: level, whatever it looks at, and without going up.
+Camera walk(const Camera& camera, const FlyInput& input, double speed_ms, double seconds_s);
+
 /// Turned on the spot; pitch stays within +-89.9 degrees so that the view never rolls over.
 Camera turn(const Camera& camera, double heading_deg, double pitch_deg);
 

@@ -45,6 +45,9 @@ Ramp source_ramp();
 /// From a vertex's parent (0) to the vertex itself (1).
 Ramp morph_ramp();
 
+/// How often a pixel is drawn, 0 to 8 and more: the shader takes its colours from here.
+Ramp overdraw_ramp();
+
 /// A colour for each level of a hierarchy, neighbours apart.
 Colour level_colour(int level);
 /// A colour for each cell of a level: the level's, lighter or darker.

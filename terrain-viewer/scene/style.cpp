@@ -25,6 +25,8 @@ std::optional<Ramp> ramp_of(const Style& style) {
       return source_ramp();
     case Shading::kMorph:
       return morph_ramp();
+    case Shading::kOverdraw:
+      return overdraw_ramp();
     default:
       return std::nullopt;
   }

@@ -39,8 +39,8 @@ struct Style {
   Vec3d sun{-0.5, 0.5, 0.7071};  ///< direction towards it, grid frame, any length
   double sun_strength = 2.2;
   double ambient = 0.9;
-  double haze_range_m = 40000.0;    ///< where haze hides 63 %; 0: clear air
-  double haze_height_m = 2000.0;    ///< over which it thins to 1/e
+  double haze_range_m = 30000.0;    ///< at height 0: where droplets hide 63 %; 0: no air at all
+  double haze_height_m = 2000.0;    ///< over which they thin to 1/e, 0: they do not
   double contour_interval_m = 0.0;  ///< 0: none
   double snow_line_m = 2700.0, tree_line_m = 2000.0;
   double low_m = 0.0, high_m = 4000.0;  ///< of the altitude ramp

@@ -5,8 +5,9 @@ uniform mat3 rays;  // columns: right, up, forward; scaled so that rays * (at, 1
 void main() {
   vec3 way = normalize(rays * vec3(at, 1.0));
   float up = clamp(way.z, 0.0, 1.0);
-  vec3 colour = mix(frame.haze_colour.rgb, frame.sky_colour.rgb * 0.8, pow(up, 0.55));
+  vec3 colour = mix(haze_towards(way), frame.sky_colour.rgb * 0.8, pow(up, 0.55));
   float glow = max(dot(way, frame.sun.xyz), 0.0);
-  colour += vec3(1.0, 0.9, 0.7) * (0.15 * pow(glow, 64.0) + smoothstep(0.99996, 0.99998, glow));
+  colour += glow_towards(way) +
+            vec3(1.0, 0.94, 0.80) * frame.sun_colour.rgb * smoothstep(0.99996, 0.99998, glow);
   result = vec4(clamp(colour, 0.0, 1.0), 1.0);
 }

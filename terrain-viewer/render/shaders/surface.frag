@@ -1,4 +1,6 @@
 // Shading of the ground: light, natural colours by slope and height, ramps, contour lines, haze.
+// Air: scattering by molecules as in Bruneton and Neyret, "Precomputed atmospheric scattering",
+// Computer Graphics Forum 27(4), 2008.
 layout(location = 0) in vec3 from_eye;       // metres
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec4 attributes;     // support in metres, source, lambda, height in metres
@@ -78,6 +80,32 @@ float legend_shade(vec3 n) {
   return (middle + half_way * n.z + sun * max(dot(n, frame.sun.xyz), 0.0)) / most;
 }
 
+// Air that thins to 1/e over `scale` metres, 0: that does not, as metres of air like the eye's.
+float air_between(vec3 way, float scale) {
+  float drop = scale > 0.0 ? way.z / scale : 0.0;
+  float mean = abs(drop) > 1e-3 ? (1.0 - exp(-drop)) / drop : 1.0 - 0.5 * drop;
+  return length(way) * clamp(mean, 0.0, 8.0);
+}
+
+// How much of red, green and blue comes through from there: molecules take blue first, so mountains
+// turn blue before they turn pale; droplets and dust take all colours alike, but lie low.
+vec3 through_air(vec3 way) {
+  const vec3 kMolecules = vec3(5.8e-6, 13.5e-6, 33.1e-6);  // per metre at the sea
+  const float kThinning = 8000.0;
+  vec3 clear = kMolecules * exp(-max(frame.eye_height.x, 0.0) / kThinning);
+  return exp(-clear * air_between(way, kThinning) -
+             frame.ground_colour.w * air_between(way, frame.haze_colour.w));
+}
+
+// Presses light above kToneFrom so that snow in full sun, kWhite, just becomes white and keeps its
+// relief: Reinhard et al., "Photographic tone reproduction for digital images", SIGGRAPH 2002, eq. 4.
+const float kToneFrom = 0.25, kWhite = 2.6;
+vec3 tone(vec3 light) {
+  const float kRoom = 1.0 - kToneFrom, kMost = (kWhite - kToneFrom) / kRoom;
+  vec3 over = max(light - kToneFrom, 0.0) / kRoom;
+  return kToneFrom + kRoom * over * (1.0 + over / (kMost * kMost)) / (1.0 + over);
+}
+
 void main() {
   if (frame.shading.y == 1 && (gl_FragCoord.x - frame.swipe.x) * frame.swipe.y < 0.0) discard;
   vec3 n = normalize(normal);
@@ -95,7 +123,7 @@ void main() {
   float diffuse = max(dot(n, frame.sun.xyz), 0.0) * frame.sun.w;
   vec3 ambient = mix(frame.ground_colour.rgb, frame.sky_colour.rgb, 0.5 + 0.5 * n.z) *
                  frame.sky_colour.w;
-  vec3 light = ambient + vec3(1.0, 0.96, 0.88) * diffuse;
+  vec3 light = ambient + frame.sun_colour.rgb * diffuse;
   float shade = legend_shade(n);
   bool has_legend = frame.shading.z == 1 && !from_below;
   vec3 lit = colour * (has_legend ? vec3(shade) : light);
@@ -115,19 +143,11 @@ void main() {
     lit = mix(lit, vec3(0.30, 0.18, 0.08), 0.75 * ink);
   }
 
-  float density = frame.ground_colour.w;
-  if (density > 0.0) {
-    float distance = length(from_eye);
-    float scale = frame.haze_colour.w;
-    // Density falls with height as exp(-h / scale): the mean along the ray, relative to the eye.
-    float drop = scale > 0.0 ? from_eye.z / scale : 0.0;
-    float mean = abs(drop) > 1e-3 ? (1.0 - exp(-drop)) / drop : 1.0 - 0.5 * drop;
-    float through = exp(-distance * density * clamp(mean, 0.0, 8.0));
-    lit = mix(decoded(frame.haze_colour.rgb), lit, max(through, told));
-  }
-  // Bright snow keeps its relief: what is above one half is pressed into what is left.
-  vec3 pressed =
-      mix(lit, 0.5 + 0.5 * (1.0 - exp(1.0 - 2.0 * lit)), vec3(greaterThan(lit, vec3(0.5))));
+  vec3 pressed = mix(lit, tone(lit), vec3(greaterThan(lit, vec3(kToneFrom))));
   lit = mix(pressed, lit, is_photo ? max(told, over.a) : told);
+  if (frame.ground_colour.w > 0.0) {
+    vec3 way = normalize(from_eye);
+    lit = mix(decoded(haze_towards(way) + glow_towards(way)), lit, max(through_air(from_eye), told));
+  }
   result = vec4(encoded(clamp(lit, 0.0, 1.0)), frame.eye_height.w);
 }

@@ -5,15 +5,20 @@
 
 #include <array>
 #include <cmath>
+#include <csignal>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/io/ply.h"
 #include "terrain-viewer/scene/camera_file.h"
 #include "terrain-viewer/scene/ramp.h"
+#include "tests/support/full_disk.h"
+#include "tests/support/json_file.h"
 #include "tests/support/meshes.h"
 #include "tests/support/picture.h"
 #include "tests/support/process.h"
@@ -189,6 +194,123 @@ TEST_F(Viewer, WritesTheSamePictureEachTime) {
   EXPECT_EQ(test::read_text(at("one.png")), test::read_text(at("two.png")));
 }
 
+TEST_F(Viewer, NumbersTheFramesOfAFilmEachThePictureOfItsCameraHoweverCellsAreLoaded) {
+  CameraPath path;
+  path.frames_per_second = 2.0;
+  path.keys = {{1.0, above_hills(60.0, 150.0, 20.0, 0.0, -40.0)},
+               {2.0, above_hills(120.0, 100.0, 6.0, 70.0, -60.0)},
+               {3.0, above_hills(200.0, 80.0, 40.0, 140.0, -80.0)}};
+  write_camera_path(at("film.json"), path);
+  const std::vector<std::string> look{"--size", "160x120", "--error-pixels", "1"};
+  const auto film = [&](const std::string& names, const std::string& threads) {
+    std::vector<std::string> words{
+        "-o", at(names), "--path", at("film.json"), "--loading-threads", threads};
+    words.insert(words.end(), look.begin(), look.end());
+    const ProcessResult drawn = view(words);
+    EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
+  };
+  film("one_%d.png", "1");
+  film("four_%03d.png", "4");
+  for (int frame = 0; frame < 5; ++frame) {
+    const std::string number = std::to_string(frame);
+    const std::string drawn = test::read_text(at("one_" + number + ".png"));
+    EXPECT_EQ(drawn, test::read_text(at("four_00" + number + ".png"))) << frame;
+    if (frame != 1 && frame != 3) continue;
+    write_camera(at("still.json"), path.at(1.0 + 0.5 * frame));
+    std::vector<std::string> words{"-o", at("still.png"), "--overwrite", "--camera",
+                                   at("still.json")};
+    words.insert(words.end(), look.begin(), look.end());
+    ASSERT_EQ(view(words).exit_code, 0);
+    EXPECT_EQ(drawn, test::read_text(at("still.png"))) << "the film remembers, frame " << frame;
+  }
+  EXPECT_FALSE(std::filesystem::exists(at("one_5.png")));
+  path.keys.resize(1);
+  write_camera_path(at("film.json"), path);
+  film("single_%d.png", "1");
+  EXPECT_TRUE(std::filesystem::exists(at("single_0.png")));
+  EXPECT_FALSE(std::filesystem::exists(at("single_1.png")));
+}
+
+TEST_F(Viewer, DrawsTheSameViewInALargerPicture) {
+  write_camera(at("larger.json"), above_hills(40.0, 30.0, 30.0, 45.0, -25.0));
+  const auto draw = [&](const std::string& name, const std::string& size) {
+    EXPECT_EQ(view({"-o", at(name), "--size", size, "--camera", at("larger.json"), "--shading",
+                    "plain", "--error-pixels", "0.1"})
+                  .exit_code,
+              0);
+    return test::read_png(at(name));
+  };
+  const Picture small = draw("less.png", "240x160"), large = draw("more.png", "720x480");
+  Picture reduced{240, 160, {}};
+  for (int y = 0; y < 160; ++y)
+    for (int x = 0; x < 240; ++x) {
+      std::array<int, 3> sum{4, 4, 4};
+      for (int i = 0; i < 9; ++i)
+        for (std::size_t c = 0; c < 3; ++c)
+          sum[c] +=
+              large.pixels[static_cast<std::size_t>((3 * y + i / 3) * 720 + 3 * x + i % 3)][c];
+      reduced.pixels.push_back({static_cast<std::uint8_t>(sum[0] / 9),
+                                static_cast<std::uint8_t>(sum[1] / 9),
+                                static_cast<std::uint8_t>(sum[2] / 9)});
+    }
+  const test::PictureDifference difference = test::compare_pictures(small, reduced);
+  EXPECT_LE(difference.mean, 1.5);
+  EXPECT_GE(difference.share_within(24), 0.98);
+}
+
+TEST_F(Viewer, LeavesWholePicturesAloneWhereAFilmIsStopped) {
+  CameraPath path;
+  path.frames_per_second = 100.0;
+  path.keys = {{0.0, above_hills(60.0, 150.0, 20.0, 0.0, -40.0)},
+               {50.0, above_hills(200.0, 80.0, 40.0, 140.0, -80.0)}};
+  write_camera_path(at("long.json"), path);
+  std::filesystem::create_directory(at("stopped"));
+  const ProcessResult drawn =
+      run_process({kViewer, at("hills.hlod"), "--headless", "--no-progress", "--path",
+                   at("long.json"), "-o", at("stopped/%05d.png"), "--size", "200x150"},
+                  SIGINT, at("stopped/00001.png"));
+  EXPECT_NE(drawn.exit_code, 0);
+  EXPECT_EQ(test::line_count(drawn.err), 1u) << drawn.err;
+  int pictures = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(at("stopped"))) {
+    EXPECT_EQ(entry.path().extension(), ".png") << entry.path();
+    EXPECT_EQ(test::read_png(entry.path()).width, 200) << entry.path();
+    ++pictures;
+  }
+  EXPECT_GE(pictures, 2);
+  EXPECT_LT(pictures, 5001);
+}
+
+TEST_F(Viewer, MakesTheFolderOfItsPicturesAndLeavesNothingOnAFullDisk) {
+  ASSERT_EQ(view({"-o", at("new/folder/a.png"), "--size", "64x48"}).exit_code, 0);
+  EXPECT_EQ(test::read_png(at("new/folder/a.png")).width, 64);
+  const test::TemporaryFolder disk;
+  const auto outcome = test::on_full_disk(disk.path(), [&] {
+    const ProcessResult drawn =
+        view({"-o", (disk / "big.png").string(), "--size", "1600x1200", "--samples", "1"});
+    const bool is_left = std::filesystem::exists(disk / "big.png");
+    throw RunError("", std::to_string(drawn.exit_code) + (is_left ? " left " : " ") + drawn.err);
+  });
+  if (!outcome) GTEST_SKIP() << "nobody may mount a small disk here";
+  EXPECT_EQ(outcome->rfind("1 cornice-viewer: error: ", 0), 0u) << *outcome;
+  EXPECT_NE(outcome->find("big.png"), std::string::npos) << *outcome;
+}
+
+TEST_F(Viewer, ReportsByTheSchemaOfAllReports) {
+  ASSERT_EQ(view({"-o", at("s.png"), "--size", "64x48", "--shading", "overdraw", "--report",
+                  at("s.json")})
+                .exit_code,
+            0);
+  const ProcessResult checked =
+      run_process({"/usr/bin/python3", "-c",
+                   "import json, sys, jsonschema\n"
+                   "schema = json.load(open(sys.argv[1]))\n"
+                   "jsonschema.Draft7Validator(schema).validate(json.load(open(sys.argv[2])))\n",
+                   CORNICE_SOURCE_DIR "/docs/report.schema.json", at("s.json")});
+  EXPECT_EQ(checked.exit_code, 0) << checked.err;
+  EXPECT_GE(test::read_json(at("s.json"))["quality"]["overdraw, median"].get<double>(), 1.0);
+}
+
 TEST_F(Viewer, KeepsToTheMemoryOfTheGpuAndSaysThatPicturesAreCoarser) {
   write_camera(at("near.json"), above_hills(130.0, 90.0, 3.0, 0.0, -20.0));
   const ProcessResult drawn =
@@ -223,7 +345,13 @@ TEST_F(Viewer, RefusesWhatItCannotUseInOneLine) {
   };
   expect(view({"-o", at("x.png")}, "no.hlod"), 3, "no.hlod");
   expect(view({"-o", at("x.png")}, "missing.hlod"), 3, "missing.hlod");
-  expect(view({"-o", at("x.png"), "--size", "0x9"}), 2, "--size");
+  for (const char* size : {"0x9", "-4x4", "16385x4", "4", "4x4x4"})
+    expect(view({"-o", at("x.png"), std::string("--size=") + size}), 2, "--size");
+  expect(view({"-o", at("x.gif")}), 2, "x.gif");
+  expect(view({"-o", at("x_%s.png")}), 2, "--output");
+  write_camera_path(at("p.json"), CameraPath{{{0.0, above_hills(9.0, 9.0, 9.0, 0.0, 0.0)}}, 10.0});
+  expect(view({"-o", at("x.png"), "--path", at("p.json")}), 2, "%04d");
+  expect(view({"-o", at("x_%d_%d.png"), "--path", at("p.json")}), 2, "--output");
   expect(view({"-o", at("x.png"), "--time", "noon"}), 2, "--time");
   test::write_text(at("bad.json"), "{\"eye\": 3}");
   expect(view({"-o", at("x.png"), "--camera", at("bad.json")}), 3, "eye");

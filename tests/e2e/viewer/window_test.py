@@ -9,17 +9,18 @@ window_test.py PROGRAMS
 import contextlib
 import json
 import math
-import operator
 import os
 import shutil
 import signal
-import struct
 import subprocess
 import sys
 import tempfile
 import time
 import unittest
-import zlib
+
+import x11
+from display import Display, ground_of, share_changed
+from made_files import read_png, write_differences, write_hills, write_photograph
 
 PROGRAMS = ""
 # Nothing is judged by how long it takes; who waits longer than this waits for what never comes.
@@ -48,120 +49,62 @@ def until(question):
     raise TimeoutError(question)
 
 
-def write_hills(path):
-    """A PLY mesh of 200 m of hills."""
-    side = 101
-    vertices = b"".join(
-        struct.pack("<3f", 2.0 * column, 2.0 * row,
-                    20.0 * math.sin(0.05 * column) * math.cos(0.07 * row)
-                    + 2.0 * math.sin(0.9 * column))
-        for row in range(side) for column in range(side))
-    faces = b"".join(
-        struct.pack("<B3iB3i", 3, at, at + 1, at + side + 1, 3, at, at + side + 1, at + side)
-        for row in range(side - 1) for at in range(row * side, row * side + side - 1))
-    head = ("ply\nformat binary_little_endian 1.0\ncomment cornice origin 2600000 1200000 1500\n"
-            f"element vertex {side * side}\nproperty float x\nproperty float y\nproperty float z\n"
-            f"element face {2 * (side - 1) ** 2}\nproperty list uchar int vertex_indices\n"
-            "end_header\n")
-    with open(path, "wb") as file:
-        file.write(head.encode() + vertices + faces)
-
-
-def read_png(path):
-    """(width, height, bytes of a pixel, bytes without the filters' undoing) of a PNG."""
-    with open(path, "rb") as file:
-        data = file.read()
-    if data[:8] != b"\x89PNG\r\n\x1a\n" or data[-8:-4] != b"IEND":
-        raise ValueError(f"{path} is no whole PNG")
-    width, height, depth, kind = struct.unpack_from(">IIBB", data, 16)
-    packed, at = b"", 8
-    while at < len(data):
-        length, = struct.unpack_from(">I", data, at)
-        if data[at + 4:at + 8] == b"IDAT":
-            packed += data[at + 8:at + 8 + length]
-        at += length + 12
-    return width, height, depth // 8 * {2: 3, 6: 4}[kind], zlib.decompress(packed)
-
-
-class Display:
-    """An X server without a screen to look at."""
-
-    def __init__(self, folder):
-        self.frame = os.path.join(folder, "Xvfb_screen0")
-        reading, writing = os.pipe()
-        self.server = subprocess.Popen(
-            ["Xvfb", "-displayfd", str(writing), "-screen", "0", "900x700x24", "-fbdir", folder,
-             "-nolisten", "tcp", "-noreset"], pass_fds=[writing], stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL)
-        os.close(writing)
-        with os.fdopen(reading) as pipe:
-            number = pipe.readline().strip()
-        if not number:
-            raise RuntimeError("Xvfb does not start")
-        self.environment = dict(os.environ, DISPLAY=":" + number)
-        self.environment.pop("WAYLAND_DISPLAY", None)
-
-    def close(self):
-        self.server.terminate()
-        self.server.wait()
-
-    def do(self, *words):
-        return run("xdotool", *words, env=self.environment).stdout.strip()
-
-    def pixels(self):
-        """Of the whole screen, as XWD files have them: four bytes each, row by row."""
-        with open(self.frame, "rb") as file:
-            data = file.read()
-        header = struct.unpack_from(">25I", data)
-        width, height, line = header[4], header[5], header[12]
-        start = header[0] + 12 * header[19]
-        return b"".join(data[start + row * line:start + row * line + 4 * width]
-                        for row in range(height))
-
-
-def share_changed(before, after):
-    """Of the bytes of two screens, every 13th looked at, those that differ."""
-    before, after = before[::13], after[::13]
-    return sum(map(operator.ne, before, after)) / len(before)
-
-
 class Base(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.mkdtemp()
         cls.addClassCleanup(shutil.rmtree, cls.folder)
-        write_hills(os.path.join(cls.folder, "hills.ply"))
-        cls.file = os.path.join(cls.folder, "hills.hlod")
-        built = run(program("cornice-hlod"), "build", os.path.join(cls.folder, "hills.ply"), "-o",
-                    cls.file, "--triangles-per-cell", "2000", "--no-progress")
+        cls.file = cls.hierarchy("hills")
+
+    @classmethod
+    def hierarchy(cls, name, **more):
+        """Of hills; its path."""
+        stem = os.path.join(cls.folder, name)
+        write_hills(stem + ".ply", **more)
+        built = run(program("cornice-hlod"), "build", stem + ".ply", "-o", stem + ".hlod",
+                    "--triangles-per-cell", "2000", "--no-progress")
         if built.returncode != 0:
             raise RuntimeError(built.stderr)
+        return stem + ".hlod"
 
 
-@unittest.skipUnless(shutil.which("Xvfb") and shutil.which("xdotool"),
-                     "Xvfb or xdotool is not installed: scripts/setup does that")
-class Window(Base):
-    """One window for each test."""
+class OnDisplay(Base):
+    """A window on a display of its own."""
 
-    def setUp(self):
+    def open_window(self, *words, resources="", before=None):
+        """before: settings of an earlier start."""
         self.place = tempfile.mkdtemp()
         self.addCleanup(shutil.rmtree, self.place)
+        if before:
+            os.mkdir(os.path.join(self.place, "cornice"))
+            with open(os.path.join(self.place, "cornice", "viewer.json"), "w",
+                      encoding="utf-8") as file:
+                json.dump(before, file)
+        self.work = os.path.join(self.place, "work")
+        os.mkdir(self.work)
         self.display = Display(self.place)
         self.addCleanup(self.display.close)
+        if resources:
+            with x11.Connection(self.display.environment["DISPLAY"]) as to:
+                to.set_resources(resources)
         home = dict(self.display.environment, HOME=self.place, XDG_CONFIG_HOME=self.place,
                     LIBGL_ALWAYS_SOFTWARE="1")
         self.viewer = subprocess.Popen(
-            [program("cornice-viewer"), self.file, "--size", "640x480", "--samples", "1"],
-            cwd=self.place, env=home, stderr=subprocess.PIPE, text=True)
+            [program("cornice-viewer"), *words, "--size", "640x480", "--samples", "1"],
+            cwd=self.work, env=home, stderr=subprocess.PIPE, text=True)
         self.addCleanup(self.end)
         self.window = until(self.find).split()[0]
-        self.display.do("windowfocus", self.window)
+        # What is pressed before the window has the focus goes elsewhere.
+        until(self.takes_focus)
         self.display.do("mousemove", "--window", self.window, "320", "300")
-        self.pictures = 0
 
     def find(self):
         self.assertIsNone(self.viewer.poll(), "the viewer has ended")
         return self.display.do("search", "--onlyvisible", "--name", "Cornice")
+
+    def takes_focus(self):
+        self.display.do("windowfocus", self.window)
+        return self.display.do("getwindowfocus") == self.window
 
     def end(self):
         if self.viewer.poll() is None:
@@ -169,30 +112,60 @@ class Window(Base):
         self.viewer.wait()
         self.viewer.stderr.close()
 
-    def names(self, ending):
-        return sorted(name for name in os.listdir(self.place)
-                      if name.startswith("cornice-2") and name.endswith(ending))
+    def names(self, ending, start="cornice-2"):
+        return sorted(name for name in os.listdir(self.work)
+                      if name.startswith(start) and name.endswith(ending))
+
+    def move(self, x, y):
+        self.display.do("mousemove", "--window", self.window, str(x), str(y))
+
+    def drag(self, button, *places):
+        """With the button down from the first place through the others."""
+        self.move(*places[0])
+        self.display.do("mousedown", button)
+        for place in places[1:]:
+            self.move(*place)
+        self.display.do("mouseup", button)
+
+    def camera(self):
+        return self.take_picture()[1]
+
+    def drop(self, *paths):
+        x11.drop(self.display.environment["DISPLAY"], int(self.window), paths, PATIENCE_S)
+
+    def pixel(self, x, y):
+        """Red, green and blue on the screen, whose corner is the window's."""
+        at = 4 * (y * 900 + x)
+        return tuple(reversed(self.display.pixels()[at:at + 3]))
+
+    def look_at(self, x, y, z):
+        """Types a place, which is seen from 400 m south and 300 m above it."""
+        self.display.do("key", "g")
+        self.display.do("type", "--delay", "1", f"{x} {y} {z}")
+        self.display.do("key", "Return")
+        until(lambda: math.dist(self.camera()["eye"], (x, y - 400, z + 300)) < 1.0)
+
+    def quit(self):
+        """Ends the window and returns what it kept."""
+        self.display.do("key", "ctrl+q")
+        self.assertEqual(self.viewer.wait(PATIENCE_S), 0)
+        with open(os.path.join(self.place, "cornice", "viewer.json"), encoding="utf-8") as file:
+            return json.load(file)
 
     def take_picture(self):
         """(path of the picture, camera) that F12 writes."""
         for name in self.names(".png") + self.names(".json"):
-            os.remove(os.path.join(self.place, name))
-        asked = [0]
-
-        def shot():
-            # What is pressed before the window has the focus goes elsewhere: ask again.
-            if asked[0] % 30 == 0:
-                self.display.do("key", "F12")
-            asked[0] += 1
-            return self.names(".json")
-        camera = os.path.join(self.place, until(shot)[0])
+            os.remove(os.path.join(self.work, name))
+        # Once: a second press would wait in the queue, for a picture of what comes before the next.
+        self.display.do("key", "F12")
+        camera = os.path.join(self.work, until(lambda: self.names(".json"))[0])
 
         def whole():
             with contextlib.suppress(ValueError), open(camera, encoding="utf-8") as file:
                 return json.load(file)
             return None
         found = until(whole)
-        return os.path.join(self.place, self.names(".png")[0]), found
+        return os.path.join(self.work, self.names(".png")[0]), found
 
     def settled_screen(self):
         """The screen when two looks at it are alike."""
@@ -203,6 +176,40 @@ class Window(Base):
             return share_changed(seen[-2], seen[-1]) < 1e-3
         until(look)
         return seen[-1]
+
+    @contextlib.contextmanager
+    def between_two_frames(self):
+        """What is sent meanwhile comes at once."""
+        self.take_picture()
+        self.viewer.send_signal(signal.SIGSTOP)
+        try:
+            yield
+        finally:
+            self.viewer.send_signal(signal.SIGCONT)
+
+    def columns_with(self, colours):
+        """Columns of the screen that show the colours one over the other, the first at the
+        bottom."""
+        screen, found = self.display.pixels(), 0
+        wanted = [bytes(reversed(colour)) for colour in colours]
+        for x in range(400, 900):
+            # From the bottom to the top, without the fourth byte.
+            column = [screen[at:at + 3] for at in range(4 * (699 * 900 + x), 0, -4 * 900)]
+            at = 0
+            with contextlib.suppress(ValueError):
+                for colour in wanted:
+                    at = column.index(colour, at) + 1
+                found += 1
+        return found
+
+
+@unittest.skipUnless(shutil.which("Xvfb") and shutil.which("xdotool"),
+                     "Xvfb or xdotool is not installed: scripts/setup does that")
+class Window(OnDisplay):
+    """One window for each test."""
+
+    def setUp(self):
+        self.open_window(self.file)
 
     def test_f12_writes_what_is_seen_with_its_camera(self):
         path, camera = self.take_picture()
@@ -236,8 +243,9 @@ class Window(Base):
         self.display.do("mouseup", "1")
 
     def test_f1_shows_help_and_n_other_colours(self):
-        self.take_picture()
         for key in ("F1", "F1", "n"):
+            # Once it is written, the key before has had its turn: two of F1 in one slow frame show nothing.
+            self.take_picture()
             before = self.settled_screen()
             self.display.do("key", key)
             until(lambda: share_changed(before, self.display.pixels()) > 0.03)
@@ -249,7 +257,7 @@ class Window(Base):
             before = self.settled_screen()
             self.display.do("key", "n")
             until(lambda: share_changed(before, self.display.pixels()) > 0.03)
-        until(lambda: self.columns_with(SLOPE_COLOURS) >= 15)
+        until(lambda: 16 <= self.columns_with(SLOPE_COLOURS) <= 18)
 
     def test_presses_between_two_slow_frames_all_count(self):
         self.take_picture()
@@ -259,16 +267,6 @@ class Window(Base):
         self.display.do("key", "n", "n")
         self.viewer.send_signal(signal.SIGCONT)
         until(lambda: self.columns_with(SLOPE_COLOURS) >= 15)
-
-    @contextlib.contextmanager
-    def between_two_frames(self):
-        """What is sent meanwhile comes at once."""
-        self.take_picture()
-        self.viewer.send_signal(signal.SIGSTOP)
-        try:
-            yield
-        finally:
-            self.viewer.send_signal(signal.SIGCONT)
 
     def shows_ground(self):
         # What is done to a layer shows in the frame after.
@@ -317,37 +315,222 @@ class Window(Base):
             return math.dist(eye, (2600055, 1200050 - 400, 1500 + 300)) < 1.0
         until(arrived)
 
-    def columns_with(self, colours):
-        """Columns of the screen that show the colours one over the other, the first at the
-        bottom."""
-        screen, found = self.display.pixels(), 0
-        height, width = 700, 900
-        for x in range(400, width):
-            left = list(colours)
-            for y in range(height - 1, -1, -1):
-                at = 4 * (y * width + x)
-                if screen[at:at + 3] == bytes(reversed(left[0])):
-                    left.pop(0)
-                    if not left:
-                        found += 1
-                        break
-        return found
-
     def test_bookmarks_and_the_shading_are_kept(self):
         _, seen = self.take_picture()
         self.display.do("key", "b")
         self.display.do("key", "n")
-        self.display.do("key", "ctrl+q")
-        self.assertEqual(self.viewer.wait(PATIENCE_S), 0)
-        with open(os.path.join(self.place, "cornice", "viewer.json"), encoding="utf-8") as file:
-            kept = json.load(file)
+        kept = self.quit()
         self.assertEqual(kept["shading"], "plain")
         self.assertEqual([mark["file"] for mark in kept["bookmarks"]], [self.file])
         self.assertEqual(kept["bookmarks"][0]["eye"], seen["eye"])
 
+    def test_each_drag_is_undone_and_done_again(self):
+        self.look_at(2600100, 1200100, 1500)
+        seen = [self.camera()]
+        for button in "1", "3", "2":
+            # Over the ground in the middle of the window.
+            self.drag(button, (320, 240), (340, 235), (360, 230))
+            seen.append(self.camera())
+        turned, moved, looked = (
+            (math.dist(after["eye"], before["eye"]), after["heading_deg"] - before["heading_deg"])
+            for before, after in zip(seen, seen[1:]))
+        self.assertTrue(turned[0] > 1.0 and abs(turned[1]) > 1.0, "turns around the ground")
+        self.assertTrue(looked[0] == 0.0 and abs(looked[1]) > 1.0, "looks around")
+        self.assertTrue(moved[0] > 1.0 and moved[1] == 0.0, "moves the ground")
+        for key, cameras in ("ctrl+z", seen[-2::-1]), ("ctrl+y", seen[1:]):
+            for camera in cameras:
+                self.display.do("key", key)
+                self.assertEqual(self.camera(), camera)
+
+    def test_a_motion_and_a_press_between_two_frames_are_no_drag(self):
+        self.look_at(2600100, 1200100, 1500)
+        self.move(330, 250)
+        before = self.camera()
+        with self.between_two_frames():
+            self.move(500, 300)
+            self.display.do("mousedown", "2")
+        self.assertEqual(self.camera(), before)
+        self.display.do("mouseup", "2")
+
+    def test_the_wheel_goes_to_the_cursor_and_home_sees_all(self):
+        first = self.camera()
+        self.look_at(2600100, 1200100, 1500)
+        before = self.camera()
+        self.move(330, 250)
+        self.display.do("click", "4")
+        self.assertLess(self.camera()["eye"][2], before["eye"][2] - 20.0)
+        self.display.do("key", "Home")
+        self.assertEqual(self.camera(), first)
+
+    def test_space_lands_walks_and_flies_again(self):
+        # From beside the ground one lands where the cursor is.
+        self.move(400, 250)
+        self.camera()
+        self.display.do("key", "space")
+        landed = self.camera()
+        self.assertLess(landed["eye"][2], 1540.0)
+        self.assertGreater(landed["pitch_deg"], -20.0)
+        self.display.do("keydown", "w")
+        until(lambda: math.dist(self.camera()["eye"], landed["eye"]) > 1.0)
+        self.display.do("keyup", "w")
+        walked = self.camera()
+        self.assertLess(walked["eye"][2], 1540.0)
+        self.assertEqual(walked["pitch_deg"], landed["pitch_deg"])
+        self.display.do("key", "space", "keydown", "e")
+        until(lambda: self.camera()["eye"][2] > walked["eye"][2] + 5.0)
+        self.display.do("keyup", "e")
+
+    def test_a_path_is_made_saved_and_played(self):
+        self.display.do("key", "p")
+        first = self.camera()
+        self.look_at(2600100, 1200100, 1500)
+        last = self.camera()
+        self.display.do("key", "p", "shift+p", "shift+p", "Home", "ctrl+p")
+        until(lambda: self.camera()["eye"] == last["eye"])
+        paths = self.names(".json", "cornice-path")
+        self.assertEqual(len(paths), 2, "the second is not written over the first")
+        for path in paths:
+            with open(os.path.join(self.work, path), encoding="utf-8") as file:
+                keys = json.load(file)["keys"]
+            self.assertEqual([key["eye"] for key in keys], [first["eye"], last["eye"]])
+
+    def test_pictures_of_one_second_are_all_kept(self):
+        self.camera()
+        with self.between_two_frames():
+            self.display.do("key", "F12", "F12", "F12", "F12")
+        until(lambda: len(self.names(".json")) == 5)
+        self.assertEqual(len(self.names(".png")), 5)
+
+    def test_lives_on_where_its_folder_is_gone(self):
+        self.camera()
+        shutil.rmtree(self.work)
+        before = self.settled_screen()
+        self.display.do("key", "p", "shift+p")
+        until(lambda: share_changed(before, self.display.pixels()) > 1e-4)
+        before = self.settled_screen()
+        self.display.do("key", "F12")
+        until(lambda: share_changed(before, self.display.pixels()) > 1e-4)
+        self.assertEqual(self.quit()["shading"], "natural")
+
+    def test_full_screen_and_back(self):
+        before = self.camera()
+        self.display.do("key", "F11")
+        until(lambda: read_png(self.take_picture()[0])[:2] == (900, 700))
+        self.assertEqual(self.camera(), before)
+        self.display.do("key", "F11")
+        until(lambda: read_png(self.take_picture()[0])[:2] == (640, 480))
+        kept = self.quit()
+        self.assertEqual((kept["window_width"], kept["window_height"]), (640, 480))
+
+    def test_any_size_will_do(self):
+        for size in (1, 1), (31, 700), (2000, 1200), (640, 480):
+            self.display.do("windowsize", self.window, *map(str, size))
+            until(lambda size=size: read_png(self.take_picture()[0])[:2] == size)
+
+    def test_text_leaves_no_motion_behind(self):
+        self.display.do("key", "g")
+        self.display.do("type", "--delay", "1", "wasdqe")
+        self.display.do("key", "Escape")
+        before = self.camera()
+        self.assertEqual(self.camera(), before)
+        self.assertEqual(before["eye"][0], 2600100.0)
+
+    def test_what_is_dropped_is_opened_or_named(self):
+        other = self.hierarchy("other", crs="EPSG:2154", origin="700000 6600000 1500")
+        high = self.hierarchy("high", origin="2600000 1200000 1530")
+        tiles = os.path.join(self.folder, "tiles")
+        os.makedirs(tiles)
+        write_photograph(os.path.join(tiles, "west"), (255, 0, 0), 2600000)
+        write_photograph(os.path.join(tiles, "east"), (0, 0, 255), 2600100)
+        grid = os.path.join(self.folder, "grid ä.asc")
+        write_differences(grid)
+        empty = os.path.join(self.folder, "empty")
+        os.mkdir(empty)
+        text = os.path.join(self.folder, "text.txt")
+        with open(text, "w", encoding="utf-8") as file:
+            file.write("no raster")
+        self.look_at(2600100, 1200100, 1500)
+        self.display.do("key", "l")
+        self.camera()
+        before = self.settled_screen()
+        for wrong in text, other, empty, os.path.join(self.folder, "none.hlod"), self.file:
+            said = self.settled_screen()
+            self.drop(wrong)
+            until(lambda said=said: share_changed(said, self.display.pixels()) > 0)
+            now = self.settled_screen()
+            self.assertLess(share_changed(ground_of(before), ground_of(now)), 1e-3)
+        self.drop(high, text)
+        until(lambda: share_changed(ground_of(before), ground_of(self.display.pixels())) > 0.05)
+        self.drop(os.path.join(tiles, "west.png"), os.path.join(tiles, "east.png"))
+        until(lambda: self.pixel(250, 230)[0] > 2 * self.pixel(250, 230)[2])
+        until(lambda: self.pixel(390, 230)[2] > 2 * self.pixel(390, 230)[0])
+        self.drop(grid)
+        until(lambda: self.pixel(250, 230)[2] > 1.2 * self.pixel(250, 230)[0])
+        until(lambda: self.pixel(390, 230)[0] > 1.2 * self.pixel(390, 230)[2])
+        self.assertEqual(self.quit()["recent"], [high, self.file])
+
     def test_a_signal_ends_it(self):
         self.viewer.send_signal(signal.SIGTERM)
         self.assertEqual(self.viewer.wait(PATIENCE_S), 128 + signal.SIGTERM)
+
+
+@unittest.skipUnless(shutil.which("Xvfb") and shutil.which("xdotool"),
+                     "Xvfb or xdotool is not installed: scripts/setup does that")
+class OtherWindows(OnDisplay):
+    """Started otherwise."""
+
+    def test_without_a_file_says_what_to_do_and_takes_one(self):
+        self.open_window()
+        before = self.settled_screen()
+        text = os.path.join(self.folder, "note.txt")
+        with open(text, "w", encoding="utf-8") as file:
+            file.write("no hierarchy")
+        self.drop(text)
+        until(lambda: share_changed(before, self.display.pixels()) > 0)
+        self.drop(self.file)
+        self.assertEqual(self.camera()["eye"][0], 2600100.0)
+        self.assertEqual(self.quit()["recent"], [self.file])
+
+    def test_a_latest_file_that_is_gone_or_damaged_keeps_nobody_out(self):
+        damaged = os.path.join(self.folder, "damaged.hlod")
+        with open(damaged, "w", encoding="utf-8") as file:
+            file.write("no hierarchy")
+        self.open_window(before={"recent": ["/gone.hlod", damaged]})
+        self.drop(self.file)
+        self.assertEqual(self.camera()["eye"][0], 2600100.0)
+
+    def test_the_swipe_line_is_dragged_and_the_camera_stays(self):
+        self.open_window(self.file, self.hierarchy("raised", origin="2600000 1200000 1530"))
+        self.look_at(2600100, 1200100, 1500)
+        before = self.camera()
+        whole = self.settled_screen()
+        self.display.do("key", "l", "v")
+        until(lambda: share_changed(whole, self.display.pixels()) > 0.03)
+        self.settled_screen()
+        with self.between_two_frames():
+            self.drag("1", (320, 200), (400, 210), (450, 220))
+        # Above the panels and beside the handle and the names.
+        until(lambda: min(self.pixel(450, 100)) > 250)
+        self.assertLess(min(self.pixel(320, 100)), 250)
+        self.assertEqual(self.camera(), before)
+
+    def test_the_path_of_the_command_line_is_played(self):
+        path = os.path.join(self.folder, "path.json")
+        keys = [{"time_s": time_s, "eye": [2600100, 1199900 + 40 * time_s, 1650], "heading_deg": 0,
+                 "pitch_deg": -30, "field_of_view_deg": 45} for time_s in (0, 1)]
+        with open(path, "w", encoding="utf-8") as file:
+            json.dump({"keys": keys}, file)
+        self.open_window(self.file, "--path", path)
+        self.camera()
+        self.display.do("key", "ctrl+p")
+        until(lambda: self.camera()["eye"] == keys[-1]["eye"])
+
+    def test_panels_are_as_large_as_the_display_asks(self):
+        self.open_window(self.file, "--shading", "slope", resources="Xft.dpi: 192\n")
+        self.camera()
+        self.display.do("key", "l", "windowsize", self.window, "900", "700")
+        # The bar of the legend is 18 units wide; its edges may be mixed with what is beside them.
+        until(lambda: 34 <= self.columns_with(SLOPE_COLOURS) <= 36)
 
 
 class Refusals(Base):

@@ -2,8 +2,10 @@
 // What budgets of memory and of a frame's time leave.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <memory>
 #include <set>
 #include <thread>
 #include <vector>
@@ -45,6 +47,46 @@ TEST_F(Budget, OfATenthHoldsTwoNeighbouringViewsAndLetsGoOfThemForOthersAlone) {
   EXPECT_GT(studio.layer().counts().store.cells_read, studio.layer().counts().cells_loaded)
       << "all had room, nothing was tried";
   EXPECT_LE(studio.cells().allocated_bytes(), tenth.gpu_bytes);
+}
+
+/// Flies over two layers at once, a quadtree and an octree, with room for a tenth of both, faster
+/// than is read: a frame takes what it gets.
+TEST_F(Budget, OfATenthHoldsInEveryFrameOfAFlightOverTwoLayers) {
+  const test::TemporaryFolder folder;
+  write_crater(folder / "octree.hlod", hlod::Partition::kOctree);
+  const std::vector<std::filesystem::path> files{crater_file(), folder / "octree.hlod"};
+  std::uint64_t all = 0, largest = 0;
+  for (const auto& path : files) {
+    const hlod::File file(path);
+    for (const hlod::Node& node : file.nodes()) {
+      all += packed_bytes(node);
+      largest = std::max(largest, packed_bytes(node));
+    }
+  }
+  const std::uint64_t gpu_bytes = all / 10, cache_bytes = all / 20;
+  const OffscreenContext context;
+  GpuCells cells(gpu_bytes, gpu_bytes / 16);
+  std::vector<std::unique_ptr<Layer>> layers;
+  for (std::uint32_t i = 0; i < files.size(); ++i)
+    layers.push_back(std::make_unique<Layer>(files[i], i, CellStoreOptions{1, cache_bytes}, cells));
+  std::uint64_t most_gpu = 0, most_cache = 0;
+  for (std::uint64_t frame = 1; frame <= 400; ++frame) {
+    LayerView view;
+    view.camera = crater_camera(static_cast<double>(frame) / 400.0);
+    view.width = 160, view.height = 120;
+    view.error_pixels = 0.5;
+    view.seconds = 1.0 / 60.0;
+    for (const auto& layer : layers) {
+      layer->update(view, cells, frame);
+      most_cache = std::max(most_cache, layer->counts().store.memory_bytes);
+    }
+    most_gpu = std::max(most_gpu, cells.allocated_bytes());
+  }
+  EXPECT_LE(most_gpu, gpu_bytes);
+  EXPECT_LE(static_cast<double>(most_cache), 1.05 * static_cast<double>(cache_bytes));
+  EXPECT_GT(static_cast<double>(most_gpu), 0.5 * static_cast<double>(gpu_bytes)) << "hardly used";
+  EXPECT_GT(static_cast<double>(most_cache), 0.5 * static_cast<double>(cache_bytes));
+  EXPECT_LT(5 * largest, cache_bytes) << "a budget of a few cells tells nothing";
 }
 
 /// Of three views with room for all, and on how many pages that was.

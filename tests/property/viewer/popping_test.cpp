@@ -19,7 +19,7 @@ constexpr double kErrorPixels = 8.47;
 constexpr int kSteps = 300;
 /// Mean brightness that a block may change by from step to step, more than it does with the finest
 /// mesh alone. Morphing is continuous: it changes less the shorter the step, a pop does not.
-constexpr double kBound = 12.0;
+constexpr double kBound = 4.0;
 
 /// Mean brightness of blocks of 8 x 8 pixels: a pop changes the mean of a block at once, noise of
 /// rasterising does not.

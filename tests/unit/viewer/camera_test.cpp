@@ -118,6 +118,73 @@ TEST_F(CameraFiles, AreRefusedByTheNameOfTheWrongKey) {
             std::string::npos);
 }
 
+TEST_F(CameraFiles, SayInOneLineWhichFieldIsWrongAndWhatItShouldBe) {
+  struct Case {
+    const char *field, *value, *remedy;
+  };
+  const std::vector<Case> cases{{"eye", "3", "[easting, northing, height]"},
+                                {"eye", "[1,2]", "[easting, northing, height]"},
+                                {"eye", "[1,2,\"3\"]", "[easting, northing, height]"},
+                                {"eye", "[1,2,1e30]", "100,000 km"},
+                                {"heading_deg", "null", "-360.0 to 360.0"},
+                                {"heading_deg", "361", "-360.0 to 360.0"},
+                                {"pitch_deg", "\"down\"", "-90.0 to 90.0"},
+                                {"pitch_deg", "-90.5", "-90.0 to 90.0"},
+                                {"field_of_view_deg", "0", "1.0 to 150.0"},
+                                {"field_of_view_deg", "179", "1.0 to 150.0"},
+                                {"time_s", "-1", "0.0 to 1000000.0"},
+                                {"time_s", "[]", "0.0 to 1000000.0"},
+                                {"time_s", "", "0.0 to 1000000.0"},
+                                {"field_of_view_deg", "", "1.0 to 150.0"},
+                                {"eye", "", "[easting, northing, height]"}};
+  for (const Case& c : cases) {
+    // One object with that field wrong, or without it.
+    std::string object;
+    for (const auto& [field, value] :
+         std::vector<std::pair<std::string, std::string>>{{"eye", "[1,2,3]"},
+                                                          {"heading_deg", "0"},
+                                                          {"pitch_deg", "0"},
+                                                          {"field_of_view_deg", "45"},
+                                                          {"time_s", "2"}}) {
+      const std::string text = field == c.field ? c.value : value;
+      if (!text.empty()) object += (object.empty() ? "\"" : ",\"") + field + "\":" + text;
+    }
+    const bool of_path_alone = std::string(c.field) == "time_s";
+    for (const bool is_path : {false, true}) {
+      if (of_path_alone && !is_path) continue;
+      const std::string good =
+          "{\"time_s\":1,\"eye\":[1,2,3],\"heading_deg\":0,\"pitch_deg\":0,\"field_of_view_deg\":"
+          "45}";
+      const std::string said = problem(
+          is_path ? "{\"keys\":[" + good + ",{" + object + "}]}" : "{" + object + "}", is_path);
+      const std::string name = (is_path ? "keys[1]." : "") + std::string(c.field);
+      EXPECT_NE(said.find("bad.json"), std::string::npos) << said;
+      EXPECT_NE(said.find("\"" + name + "\""), std::string::npos) << said;
+      EXPECT_NE(said.find(c.remedy), std::string::npos) << said;
+      EXPECT_EQ(said.find('\n'), std::string::npos) << said;
+    }
+  }
+  EXPECT_NE(problem("{\"keys\":[7]}", true).find("\"keys[0]\" is to be an object"),
+            std::string::npos);
+  EXPECT_NE(problem("[]", false).find("\"field_of_view_deg\""), std::string::npos);
+}
+
+TEST(CameraPath, OfOneKeyStaysThereAndOfTwoGoesStraight) {
+  CameraPath path;
+  path.keys.push_back({2.0, {{10.0, 20.0, 30.0}, 350.0, -10.0, 40.0}});
+  EXPECT_EQ(path.duration_s(), 0.0);
+  for (const double time : {0.0, 2.0, 9.0}) EXPECT_EQ(path.at(time), path.keys[0].camera);
+  path.keys.push_back({6.0, {{50.0, 20.0, 70.0}, 10.0, -30.0, 60.0}});
+  EXPECT_EQ(path.duration_s(), 4.0);
+  for (const double part : {0.0, 0.2, 0.5, 0.9, 1.0}) {
+    const Camera camera = path.at(2.0 + 4.0 * part);
+    EXPECT_NEAR(camera.eye.y, 20.0, 1e-9);
+    EXPECT_NEAR(camera.eye.x - 10.0, camera.eye.z - 30.0, 1e-9) << "on the line";
+    EXPECT_NEAR(std::remainder(camera.heading_deg - (350.0 + 20.0 * part), 360.0), 0.0, 1e-9);
+    EXPECT_NEAR(camera.field_of_view_deg, 40.0 + 20.0 * part, 1e-9);
+  }
+}
+
 TEST(CameraPath, PassesThroughItsKeysWithoutAJump) {
   CameraPath path;
   for (int i = 0; i < 6; ++i) {

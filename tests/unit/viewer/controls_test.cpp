@@ -93,6 +93,55 @@ TEST(Controls, NeverGoesUnderTheGroundAndWalksAtEyeHeight) {
   EXPECT_NEAR(camera.eye.z, 101.7, 1e-9);
 }
 
+TEST(Controls, AMotionBeforeThePressIsNoDrag) {
+  // A slow frame knows both at once.
+  for (int button = 0; button < 3; ++button) {
+    Controls controls;
+    ControlInput press = input_at(300.0, 450.0);
+    (button == 0 ? press.left : button == 1 ? press.middle : press.right) = true;
+    press.pressed = true;
+    press.dx = 200.0;
+    press.dy = -90.0;
+    const auto point = [] { return on_plane(start(), 300.0, 450.0); };
+    EXPECT_EQ(controls.step(start(), press, point, flat), start()) << button;
+  }
+}
+
+TEST(Controls, ADoubleClickGoesMostOfTheWayAndNeverThrough) {
+  Controls controls;
+  ControlInput in = input_at(200.0, 500.0);
+  in.is_double_click = true;
+  const auto point = [] { return on_plane(start(), 200.0, 500.0); };
+  Camera camera = controls.step(start(), in, point, flat);
+  EXPECT_NEAR(norm(*point() - camera.eye), 0.25 * norm(*point() - start().eye), 1e-6);
+  for (int i = 0; i < 10; ++i) camera = controls.step(camera, in, point, flat);
+  EXPECT_NEAR(norm(*point() - camera.eye), 5.0, 1e-6);
+  const auto sky = [] { return std::optional<Vec3d>(); };
+  EXPECT_EQ(controls.step(start(), in, sky, flat), start());
+}
+
+TEST(Controls, WalkingALeftDragLooksAroundAndTheWheelSetsThePace) {
+  Controls controls;
+  controls.walks = true;
+  const Camera standing{{0.0, 0.0, 101.7}, 0.0, -10.0, 50.0};
+  ControlInput press = input_at(400.0, 500.0);
+  press.left = press.pressed = true;
+  const auto point = [&] { return on_plane(standing, 400.0, 500.0); };
+  controls.step(standing, press, point, flat);
+  ControlInput drag = input_at(440.0, 500.0);
+  drag.left = true;
+  drag.dx = 40.0;
+  const Camera looked = controls.step(standing, drag, point, flat);
+  EXPECT_NEAR(norm(looked.eye - standing.eye), 0.0, 1e-12);
+  EXPECT_NEAR(looked.heading_deg, 10.0, 1e-12);
+  ControlInput wheel = input_at(400.0, 500.0);
+  wheel.wheel = 2.0;
+  const double flying = controls.speed_ms, pace = controls.walking_speed_ms;
+  EXPECT_EQ(controls.step(standing, wheel, point, flat), standing);
+  EXPECT_EQ(controls.speed_ms, flying);
+  EXPECT_GT(controls.walking_speed_ms, pace);
+}
+
 TEST(Controls, KeepsStillWhereNothingIsDone) {
   Controls controls;
   const auto nothing = [] { return std::optional<Vec3d>(); };

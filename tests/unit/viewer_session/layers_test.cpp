@@ -2,6 +2,8 @@
 // Several layers in one picture.
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+
 #include "terrain-viewer/render/offscreen_context.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/viewer_session/plates.h"
@@ -121,6 +123,77 @@ TEST_F(Layered, SideBySideShowsTheSameViewTwice) {
   }
   EXPECT_EQ(red, both.pixels.size() / 2);
   EXPECT_EQ(green, both.pixels.size() / 2);
+}
+
+TEST_F(Layered, ThreeShowThroughInTheirOrderFromTheFirstToTheLast) {
+  write_plate(folder_ / "higher.hlod", [](double, double) { return 9.0; }, {30, 30, 200});
+  Desk desk({folder_ / "red.hlod", folder_ / "high.hlod", folder_ / "higher.hlod"});
+  auto& looks = desk.session().looks();
+  const auto alone = [&](std::size_t layer) {
+    for (std::size_t i = 0; i < 3; ++i) looks[i].is_visible = i == layer;
+    return desk.middle();
+  };
+  const std::array<Colour, 3> own{alone(0), alone(1), alone(2)};
+  for (LayerLook& look : looks) look.is_visible = true;
+  looks[1].opacity = 0.6;
+  looks[2].opacity = 0.3;
+  const Colour mixed = desk.middle();
+  for (std::size_t c = 0; c < 3; ++c)
+    EXPECT_NEAR(mixed[c], 0.3 * own[2][c] + 0.7 * (0.6 * own[1][c] + 0.4 * own[0][c]), 2.0);
+  // What is drawn after what lies above it is hidden by that.
+  desk.session().swap_layers(1, 2);
+  const Colour other = desk.middle();
+  for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(other[c], 0.3 * own[2][c] + 0.7 * own[0][c], 2.0);
+}
+
+TEST_F(Layered, TheSwipeLineIsAtItsColumnInPicturesOfAnyWidth) {
+  Desk desk({folder_ / "red.hlod", folder_ / "blue.hlod"});
+  for (const int width : {1, 2, 97, 160, 255}) {
+    const int height = 120;
+    const Target target(width, height, 1);
+    for (const double column : {0.0, 1.0, 40.25, 0.5 * width + 0.1, width - 1.0, 1.0 * width}) {
+      const Split split{Split::Kind::kSwipe, column};
+      desk.session().draw(target.framebuffer(), width, height, above_plates(), 0.0, {}, split);
+      const Picture picture = read_picture(target);
+      for (std::size_t i = 0; i < picture.pixels.size(); ++i) {
+        const double middle = double(i % static_cast<std::size_t>(width)) + 0.5;
+        EXPECT_TRUE(middle < column ? is_red(picture.pixels[i]) : is_blue(picture.pixels[i]))
+            << width << ' ' << column << ' ' << middle;
+      }
+    }
+  }
+}
+
+TEST_F(Layered, SideBySideOneCameraSeesTheSameTwiceAndNothingBesideThemAtOddWidths) {
+  const auto bumps = [](double x, double y) { return 3.0 * std::sin(0.9 * x) * std::cos(0.7 * y); };
+  write_plate(folder_ / "one.hlod", bumps, {90, 140, 60});
+  write_plate(folder_ / "two.hlod", bumps, {90, 140, 60});
+  Desk desk({folder_ / "one.hlod", folder_ / "two.hlod"});
+  const Camera camera{plate_corner() + Vec3d{50.0, -30.0, 40.0}, 20.0, -25.0, 50.0};
+  for (const int width : {200, 201}) {
+    const int height = 90;
+    const Target target(width, height, 1);
+    const std::array<float, 4> magenta{1.0f, 0.0f, 1.0f, 1.0f};
+    glClearNamedFramebufferfv(target.framebuffer(), GL_COLOR, 0, magenta.data());
+    desk.session().draw(target.framebuffer(), width, height, camera, 0.0, {},
+                        {Split::Kind::kSideBySide});
+    const Picture both = read_picture(target);
+    std::size_t ground = 0, differing = 0;
+    for (int y = 0; y < height; ++y) {
+      const auto row = both.pixels.begin() + std::ptrdiff_t{y} * width;
+      for (int x = 0; x < 100; ++x) {
+        // Edges of triangles fall a rounding to this or that side of a pixel's middle.
+        for (std::size_t c = 0; c < 3; ++c)
+          differing += std::abs(int{row[x][c]} - int{row[x + 100][c]}) > 4 ? 1 : 0;
+        ground += row[x][1] > row[x][2] ? 1 : 0;
+      }
+      if (width == 201) {
+        EXPECT_EQ(row[200], (Colour{0, 0, 0}));
+      }
+    }
+    EXPECT_GT(ground, 2000u);
+    EXPECT_LE(differing, 3u * 90u) << "of 27000";
+  }
 }
 
 TEST_F(Layered, AFrozenViewStaysAsItWasChosenWhereverTheCameraGoes) {

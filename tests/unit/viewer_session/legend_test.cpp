@@ -47,10 +47,10 @@ bool is_near(Colour a, Colour b) {
 int columns_with(const Picture& picture, const Ramp& ramp) {
   const std::size_t count = ramp.stops.size() - (ramp.is_stepped ? 1 : 0);
   int columns = 0;
-  for (int x = 0; x < kWidth; ++x) {
+  for (int x = 0; x < picture.width; ++x) {
     std::size_t next = 0;
-    for (int y = kHeight - 1; y >= 0 && next < count; --y)
-      if (is_near(picture.pixels[static_cast<std::size_t>(y * kWidth + x)],
+    for (int y = picture.height - 1; y >= 0 && next < count; --y)
+      if (is_near(picture.pixels[static_cast<std::size_t>(y * picture.width + x)],
                   ramp.stops[next].colour))
         ++next;
     columns += next == count ? 1 : 0;
@@ -86,6 +86,35 @@ TEST_F(Over, ADifferenceMapHasItsLegendAboveTheGrounds) {
   const Picture picture = draw([&] { draw_legends(style, true, 5, kWidth); });
   EXPECT_GE(columns_with(picture, difference_ramp(0.8)), 15);
   EXPECT_GE(columns_with(picture, aspect_ramp()), 15);
+}
+
+TEST_F(Over, TwoLegendsLieSideBySideWhereThePictureIsTooLowForBoth) {
+  Style style;
+  style.shading = Shading::kSlope;
+  const Target low(kWidth, 250, 1);
+  const std::array<float, 4> black{0.0f, 0.0f, 0.0f, 1.0f};
+  glClearNamedFramebufferfv(low.framebuffer(), GL_COLOR, 0, black.data());
+  overlay_.draw(low, [&] { draw_legends(style, true, 5, kWidth); });
+  const Picture picture = read_picture(low);
+  EXPECT_GE(columns_with(picture, difference_ramp(style.difference_high_m)), 15);
+  EXPECT_GE(columns_with(picture, slope_ramp()), 15);
+}
+
+TEST(LargeOverlay, HasLegendsThatAreAsManyTimesLarger) {
+  const OffscreenContext context;
+  Style style;
+  style.shading = Shading::kSlope;
+  std::vector<int> columns;
+  for (const int scale : {1, 2, 3}) {
+    Overlay overlay(scale);
+    const Target target(scale * kWidth, scale * kHeight, 1);
+    const std::array<float, 4> black{0.0f, 0.0f, 0.0f, 1.0f};
+    glClearNamedFramebufferfv(target.framebuffer(), GL_COLOR, 0, black.data());
+    overlay.draw(target, [&] { draw_legends(style, false, 5, kWidth); });
+    columns.push_back(columns_with(read_picture(target), slope_ramp()));
+  }
+  EXPECT_NEAR(columns[1], 2 * columns[0], 1);
+  EXPECT_NEAR(columns[2], 3 * columns[0], 1);
 }
 
 TEST_F(Over, AWordIsWrittenBesideItsClassAndThePanelIsAsWideAsIt) {
