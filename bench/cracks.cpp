@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <string>
@@ -30,12 +31,12 @@ struct Settings {
 
 /// Radii of any kind that a viewer may have: for an error on the screen, the thesis's, or any at
 /// all; while cells are missing, or not.
-hlod::Radii random_view(const hlod::Tree& tree, const std::vector<std::vector<float>>& reaches,
-                        hlod::FinePoint eye, CounterRandom& random) {
+hlod::Radii random_view(const hlod::Tree& tree, hlod::FinePoint eye, CounterRandom& random) {
   hlod::Radii radii;
   const double kind = random.uniform();
   if (kind < 0.5) {
-    radii = hlod::radii_for_eye(tree, reaches[random.bits() % reaches.size()], eye);
+    const double pixels = std::ldexp(0.5, static_cast<int>(random.bits() % 4));
+    radii = hlod::radii_for_eye(tree, hlod::error_scale(pixels, 1280.0, 60.0), eye);
   } else if (kind < 0.75) {
     radii = hlod::radii_by_factor(tree.metric, random.uniform(1.0, 8.0));
   } else {
@@ -109,15 +110,11 @@ Sum look(const Hierarchy& hierarchy, std::uint64_t cameras, const Options& optio
       cameras, kCamerasAtOnce, options.threads, start,
       [&](std::size_t begin, std::size_t end) {
         CrackChecker checker(hierarchy);
-        std::vector<std::vector<float>> reaches;
-        for (const double pixels : {0.5, 1.0, 2.0, 4.0}) {
-          reaches.push_back(hlod::reaches(checker.tree(), hlod::error_scale(pixels, 1280.0, 60.0)));
-        }
         Sum part;
         for (std::size_t i = begin; i < end; ++i) {
           CounterRandom random(options.seed, 1, i);
           const hlod::FinePoint eye = random_eye(checker.tree(), random);
-          const Drawn drawn = checker.check(eye, random_view(checker.tree(), reaches, eye, random));
+          const Drawn drawn = checker.check(eye, random_view(checker.tree(), eye, random));
           add(part.drawn, drawn);
           part.cameras_with_faults += drawn.open_edges + drawn.level_jumps > 0 ? 1 : 0;
         }

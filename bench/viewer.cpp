@@ -90,7 +90,7 @@ int main(int argc, char** argv) {
         app.add_option("--flights", own.flights, "how often the same way is flown")
             ->check(CLI::Range(1, 100));
         app.add_option("--flight-error-pixels", own.flight.error_pixels,
-                       "error on the screen (0.5: about 1000 cells)");
+                       "error on the screen (0.2: about 1000 cells)");
       },
       [&](const Options& options, Result& result) {
         const ScratchFolder folder("viewer");

@@ -15,7 +15,7 @@ namespace cornice::bench {
 struct FlightOptions {
   double seconds = 60.0;
   double speed_ms = 100.0;
-  double error_pixels = 0.5;  ///< about 1000 cells of the made ground
+  double error_pixels = 0.2;  ///< about 1000 cells of the made ground
   std::uint64_t gpu_bytes = 1ull << 30, cache_bytes = 1ull << 30;
   bool makes_room_ahead = true;  ///< on the GPU, by a thread of its own
 };

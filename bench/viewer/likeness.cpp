@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <numbers>
+#include <string>
 #include <vector>
 
 #include "core/base/random.h"
@@ -36,6 +37,17 @@ std::vector<viewer::Camera> scene_views(const viewer::SceneBox& box, std::uint64
     camera.field_of_view_deg = 50.0;
     views.push_back(camera);
   }
+  return views;
+}
+
+/// All of the scene, from four sides.
+std::vector<viewer::Camera> whole_views(const viewer::SceneBox& box) {
+  const viewer::Camera from_south =
+      viewer::seeing_all({}, box.lowest, box.highest, double{kWidth} / kHeight);
+  const Vec3d middle = 0.5 * (box.lowest + box.highest);
+  std::vector<viewer::Camera> views;
+  for (const double turn_deg : {0.0, 90.0, 180.0, 270.0})
+    views.push_back(viewer::orbit(from_south, middle, turn_deg, 0.0));
   return views;
 }
 
@@ -144,13 +156,12 @@ class Easel {
   std::uint64_t triangles_ = 0;
 };
 
-}  // namespace
-
-void measure_likeness(const std::filesystem::path& file, std::uint64_t seed, Result& result) {
-  Easel easel(file);
+/// Figures whose names begin with `name`.
+void compare_views(Easel& easel, const std::vector<viewer::Camera>& views, const std::string& name,
+                   Result& result) {
   Difference of_pictures, of_averaged, of_shifted;
   double chosen = 0.0, finest = 0.0, all = 0.0;
-  for (const viewer::Camera& camera : scene_views(easel.box(), seed)) {
+  for (const viewer::Camera& camera : views) {
     const Picture picture = easel.draw(camera, kErrorPixels);
     chosen += easel.triangles();
     const Picture truth = easel.draw(camera, kFinest);
@@ -162,15 +173,23 @@ void measure_likeness(const std::filesystem::path& file, std::uint64_t seed, Res
                     ground);
     all += static_cast<double>(ground.size());
   }
-  result.figure("picture_ground_share", of_pictures.pixels() / all);
-  result.figure("picture_mean_error", of_pictures.mean());
-  result.figure("picture_mean_error_worst", of_pictures.worst());
-  result.figure("picture_share_within_16", of_pictures.share_within_16());
-  result.figure("picture_mean_error_supersampled", of_averaged.mean());
-  result.figure("picture_share_within_16_supersampled", of_averaged.share_within_16());
-  result.figure("picture_mean_error_shifted", of_shifted.mean());
-  result.figure("picture_share_within_16_shifted", of_shifted.share_within_16());
-  result.figure("picture_triangles_share", chosen / finest);
+  result.figure(name + "_ground_share", of_pictures.pixels() / all);
+  result.figure(name + "_mean_error", of_pictures.mean());
+  result.figure(name + "_mean_error_worst", of_pictures.worst());
+  result.figure(name + "_share_within_16", of_pictures.share_within_16());
+  result.figure(name + "_mean_error_supersampled", of_averaged.mean());
+  result.figure(name + "_share_within_16_supersampled", of_averaged.share_within_16());
+  result.figure(name + "_mean_error_shifted", of_shifted.mean());
+  result.figure(name + "_share_within_16_shifted", of_shifted.share_within_16());
+  result.figure(name + "_triangles_share", chosen / finest);
+}
+
+}  // namespace
+
+void measure_likeness(const std::filesystem::path& file, std::uint64_t seed, Result& result) {
+  Easel easel(file);
+  compare_views(easel, scene_views(easel.box(), seed), "picture", result);
+  compare_views(easel, whole_views(easel.box()), "far_picture", result);
 }
 
 }  // namespace cornice::bench
