@@ -82,6 +82,14 @@ def message_of(plan, stage, tile, code, log_path):
         return "was killed (signal 9); was there memory enough?"
     if code > 128:
         return f"was stopped by signal {code - 128}"
+    if stage == "solve" and code == BAD_INPUT:
+        # What left it without points says more: which classes there are, and how to keep them.
+        report = records.report_path(plan, "normals", tile)
+        if os.path.exists(report):
+            told = [text for text in records.read_json(report).get("warnings", [])
+                    if text.startswith("no points are left: ")]
+            if told:
+                return told[-1]
     message = last_error(log_path, "cornice-" + stages.STAGES[stage].program)
     # The tile is named beside the message.
     return message.removeprefix(records.label(plan, tile) + ": ")

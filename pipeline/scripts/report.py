@@ -108,7 +108,7 @@ VIEWS = (
     ("slope", "The same by slope", "steepest", ["--shading", "slope", "--legend"]),
     ("levels", "The triangles that are drawn where the surface may be off by 4 pixels, a colour for each "
                "level of detail: the farther away, the coarser",
-     "steepest", ["--shading", "level", "--edges", "--error-pixels", "4"]))
+     "steepest", ["--shading", "level", "--edges", "--error-pixels", "4", "--legend"]))
 # A view takes seconds; one that takes this long is left out.
 MOST_VIEW_SECONDS = 300
 # Enough for pictures of this size, whatever the survey's.

@@ -126,6 +126,20 @@ TEST(Option, AcceptsBothEndsOfARange) {
   EXPECT_NE(usage_problem(Option("count", f.count, "").range(1, 5), {"6"}), "accepted");
 }
 
+TEST(Option, TellsTheEndingThatAPathMustHave) {
+  std::filesystem::path path;
+  Option option = Option("output", path, "mesh, .ply").ending(".ply");
+  EXPECT_EQ(option.broken_rule(), std::nullopt) << "not given";
+  option.parse({"a.b.ply"});
+  EXPECT_EQ(path, "a.b.ply");
+  try {
+    option.parse({"a.obj"});
+    FAIL() << "accepted";
+  } catch (const UsageError& error) {
+    EXPECT_STREQ(error.what(), "--output: must end in .ply, but is a.obj");
+  }
+}
+
 TEST(Option, ChecksFieldsThatCodeHasSet) {
   Fields f;
   const std::vector<Option> options{Option("count", f.count, "").range(1, 5),

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/error.h"
+#include "tests/support/full_disk.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temporary_folder.h"
 
@@ -69,6 +70,20 @@ TEST(ExportMesh, WritesGlbThatSaysItsOriginAndHoldsItsNumbers) {
   EXPECT_EQ(last[0], 3.0f);
   EXPECT_EQ(last[1], 3.0f);
   EXPECT_EQ(last[2], -3.0f);
+}
+
+TEST(ExportMesh, SaysThatTheDiskIsFull) {
+  for (const char* const name : {"a.obj", "a.glb"}) {
+    const test::TemporaryFolder folder;
+    const auto outcome = test::on_full_disk(folder.path(), [&] {
+      export_mesh(folder / name,
+                  test::height_mesh(0, 0, 100, 1.0, [](double, double) { return 0; }), {});
+    });
+    if (!outcome) GTEST_SKIP() << "this machine does not let a test mount a small disk";
+    EXPECT_EQ(*outcome, (folder / name).string() +
+                            ": cannot be written: the disk is full; free some space or write "
+                            "elsewhere, then run again");
+  }
 }
 
 TEST(ExportMesh, WritesMeshesWithoutTrianglesAndRefusesOtherNames) {

@@ -3,7 +3,8 @@
 """Stands in for every cornice program: writes the outputs asked for, and counts its runs.
 
 A tile is a text file. A line "fail STAGE" in it makes that stage fail on it; "sleep STAGE" makes it
-wait for its end; "kill STAGE" makes it die; "warn STAGE" makes it warn.
+wait for its end; "kill STAGE" makes it die; "warn STAGE" makes it warn; "classes STAGE" makes it warn
+that its class rules keep nothing.
 """
 
 import json
@@ -96,6 +97,8 @@ def main():
     if report:
         with open(report[0], "w", encoding="utf-8") as file:
             warned = ["is odd as told"] if f"warn {stage}" in text else []
+            if f"classes {stage}" in text:
+                warned.append("no points are left: there are 5 of class 1")
             json.dump({"tool": stage, "seconds": 1.0, "peak_memory_bytes": 2**20, "warnings": warned,
                        "counts": {"points": 1000}, "quality": {}, "parameters": {}, "steps": [],
                        "machine": {"cpu": "c", "cores": 2, "memory_bytes": 2**30, "os": "o"}}, file)

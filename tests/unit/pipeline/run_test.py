@@ -114,6 +114,12 @@ class Survey(unittest.TestCase):
                          ["a.ply", "c.ply"])
         self.assertIn("is bad as told", self.result("report.html"))
 
+    def test_names_the_classes_of_a_tile_of_which_no_points_are_left(self):
+        self.write("b.laz", "classes normals, fail solve")
+        code, text, _ = self.run_it()
+        self.assertEqual(code, 1)
+        self.assertIn("b.laz: solve: no points are left: there are 5 of class 1 (log: ", text)
+
     def test_the_same_bad_input_is_not_tried_again(self):
         self.write("b.laz", "fail extract")
         self.run_it()
