@@ -163,30 +163,62 @@ def hear_interrupts():
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
+class Interrupts:
+    """Hands SIGINT and SIGTERM on to the process group that `group` names as soon as there is one.
+
+    An exception of Python would come at any place, the showing of progress too, and leave the jobs
+    running.
+    """
+
+    def __init__(self):
+        self.came = False
+        self.group = None
+
+    def __enter__(self):
+        self.before = {number: signal.signal(number, self.hear)
+                       for number in (signal.SIGINT, signal.SIGTERM)}
+        return self
+
+    def __exit__(self, *_):
+        for number, handler in self.before.items():
+            signal.signal(number, handler)
+
+    def hear(self, _signal, _frame):
+        self.came = True
+        self.pass_on()
+
+    def pass_on(self):
+        if self.came and self.group is not None:
+            try:
+                os.killpg(self.group, signal.SIGINT)
+            except ProcessLookupError:  # It has ended by itself.
+                pass
+
+
 def run_jobs(arguments, plan, output, left):
     """Runs Snakemake, showing progress; returns its exit code and whether it was interrupted."""
     words = snakemake_words(arguments, plan, output)
     log_path = os.path.join(output, "snakemake.log")
     view = watch.Watch(plan, left, max(1, arguments.jobs))
-    with open(log_path, "w", encoding="utf-8") as log:
+    with open(log_path, "w", encoding="utf-8") as log, Interrupts() as interrupts:
         try:
             process = subprocess.Popen(words, stdout=log, stderr=subprocess.STDOUT,
                                        start_new_session=True, preexec_fn=hear_interrupts)
         except FileNotFoundError as error:
             raise RunError(FAILED, "snakemake: is not installed; run scripts/setup, or install the "
                                    "package snakemake") from error
-        interrupted = False
+        interrupts.group = process.pid
+        interrupts.pass_on()
         while True:
             try:
                 code = process.wait(timeout=1.0)
                 break
             except subprocess.TimeoutExpired:
                 view.show(arguments.no_progress)
-            except KeyboardInterrupt:
-                interrupted = True
-                os.killpg(process.pid, signal.SIGINT)
+        # Its number may soon be another's.
+        interrupts.group = None
         view.finish()
-    return code, interrupted
+    return code, interrupts.came
 
 
 def failures(plan):

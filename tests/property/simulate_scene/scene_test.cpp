@@ -7,7 +7,6 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <string>
 #include <utility>
@@ -15,6 +14,7 @@
 
 #include "core/base/error.h"
 #include "core/base/random.h"
+#include "tests/support/temporary_folder.h"
 
 namespace cornice::simulate {
 namespace {
@@ -480,10 +480,12 @@ TEST(Scene, RefusesAnImpossibleExtentOrWindow) {
 }
 
 TEST(Scene, ACaveWithoutAFaceIsAnErrorThatNamesTheFile) {
-  const auto file = std::filesystem::path(::testing::TempDir()) / "scene_cave_nowhere.yaml";
-  std::ofstream(file) << "cornice_scene: 1\nname: x\nbase_m: 0\nsize_m: {east: 60, north: 60}\n"
-                         "caves:\n  - {at: [0, 0], azimuth_deg: 0, above_m: 5, width_m: 6, "
-                         "height_m: 6, depth_m: 9}\n";
+  const test::TemporaryFolder folder;
+  const auto file = folder / "scene_cave_nowhere.yaml";
+  test::write_text(file,
+                   "cornice_scene: 1\nname: x\nbase_m: 0\nsize_m: {east: 60, north: 60}\n"
+                   "caves:\n  - {at: [0, 0], azimuth_deg: 0, above_m: 5, width_m: 6, "
+                   "height_m: 6, depth_m: 9}\n");
   SceneOptions options = options_of("cliff", 60.0);
   options.file = file;
   try {
@@ -493,7 +495,6 @@ TEST(Scene, ACaveWithoutAFaceIsAnErrorThatNamesTheFile) {
     EXPECT_THAT(error.what(), ::testing::AllOf(::testing::HasSubstr("scene_cave_nowhere.yaml"),
                                                ::testing::HasSubstr("caves")));
   }
-  std::filesystem::remove(file);
 }
 
 TEST(Scene, BeamsThatAreNoNumbersMeetNothing) {

@@ -232,6 +232,30 @@ class Survey(unittest.TestCase):
         self.assertNotIn("info a", jobs)
         self.assertIn("extract c", jobs)
 
+    def test_an_interruption_while_progress_is_told_stops_the_jobs_too(self):
+        self.write("c.laz", "sleep extract")
+        # Its own process asks it to stop, in the midst of telling how far it is.
+        words = list(self.words)
+        self.words[2:3] = ["-c", (
+            "import os, runpy, signal, sys\n"
+            f"sys.path.insert(0, {os.path.dirname(RUN)!r})\n"
+            "import watch\n"
+            "def show(self, quiet):\n"
+            f"    if 'extract c' in open({self.runs!r}).read():\n"
+            "        os.kill(os.getpid(), signal.SIGTERM)\n"
+            "watch.Watch.show = show\n"
+            f"sys.argv[0] = {RUN!r}\n"
+            "runpy.run_path(sys.argv[0], run_name='__main__')\n")]
+        code, text, _ = self.run_it()
+        self.words = words
+        self.assertEqual(code, 130, text)
+        self.assertIn("goes on from here", text)
+        self.write("c.laz", "")
+        code, text, again = self.run_it()
+        self.assertEqual(code, 0, text)
+        self.assertNotIn("info a", again)
+        self.assertIn("extract c", again)
+
     def test_refuses_a_second_run_in_the_same_folder(self):
         self.write("a.laz", "sleep info")
         process = self.start()

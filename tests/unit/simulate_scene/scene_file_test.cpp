@@ -5,10 +5,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
+#include <filesystem>
 #include <string>
 
 #include "core/base/error.h"
+#include "tests/support/temporary_folder.h"
 
 namespace cornice::simulate {
 namespace {
@@ -19,11 +20,8 @@ using ::testing::HasSubstr;
 class SceneFile : public ::testing::Test {
  protected:
   std::filesystem::path write(const std::string& text) {
-    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    file_ = std::filesystem::path(::testing::TempDir()) /
-            (std::string("scene_file_") + info->name() + ".yaml");
-    std::ofstream(file_) << text;
-    return file_;
+    test::write_text(folder_ / "scene.yaml", text);
+    return folder_ / "scene.yaml";
   }
   /// The message of the InputError that reading `text` ends in.
   std::string error_of(const std::string& text) {
@@ -34,8 +32,7 @@ class SceneFile : public ::testing::Test {
     }
     return "no error";
   }
-  void TearDown() override { std::filesystem::remove(file_); }
-  std::filesystem::path file_;
+  test::TemporaryFolder folder_;
 };
 
 constexpr const char* kSmallest = "cornice_scene: 1\nname: plain\nbase_m: 100\n";
@@ -58,7 +55,7 @@ TEST_F(SceneFile, EverySampleSceneIsRead) {
 
 TEST_F(SceneFile, AnUnknownKeyIsNamedWithItsLineAndTheKnownKeys) {
   const std::string message = error_of(std::string(kSmallest) + "hils: {height_m: 3}\n");
-  EXPECT_THAT(message, AllOf(HasSubstr(file_.string()), HasSubstr("line 4"), HasSubstr("hils"),
+  EXPECT_THAT(message, AllOf(HasSubstr((folder_ / "scene.yaml").string()), HasSubstr("line 4"), HasSubstr("hils"),
                              HasSubstr("hills")));
 }
 

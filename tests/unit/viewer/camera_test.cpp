@@ -4,12 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 
 #include "core/base/error.h"
 #include "core/base/random.h"
 #include "terrain-viewer/scene/camera_file.h"
+#include "tests/support/temporary_folder.h"
 
 namespace cornice::viewer {
 namespace {
@@ -74,8 +74,6 @@ TEST(Camera, TurnsTheShorterWayRound) {
 
 class CameraFiles : public testing::Test {
  protected:
-  void SetUp() override { std::filesystem::create_directories(folder_); }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
   std::string problem(const std::string& text, bool is_path) const {
     std::ofstream(folder_ / "bad.json") << text;
     try {
@@ -88,7 +86,7 @@ class CameraFiles : public testing::Test {
     }
     return "";
   }
-  std::filesystem::path folder_ = std::filesystem::path(testing::TempDir()) / "cornice-cameras";
+  test::TemporaryFolder folder_;
 };
 
 TEST_F(CameraFiles, ComeBackAsTheyWere) {
