@@ -101,12 +101,12 @@ class Frustum {
 /// 180.
 Frustum make_frustum(Vec3d forward, Vec3d up, double horizontal_deg, double vertical_deg);
 
-/// Lowers radii until only cells that are loaded are drawn inside the frustum. is_loaded: one byte
-/// per cell, and all ancestors of a loaded cell are loaded; level 0 counts as loaded. Continuous in
-/// the eye's place, not in its direction: load more than is seen.
 struct WalkMemory {
   std::vector<std::uint32_t> cells, below;  ///< memory that hold_to_loaded() uses again
 };
+/// Lowers radii until only cells that are loaded are drawn inside the frustum. is_loaded: one byte
+/// per cell, and all ancestors of a loaded cell are loaded; level 0 counts as loaded. Continuous in
+/// the eye's place, not in its direction: load more than is seen.
 void hold_to_loaded(const Tree& tree, std::span<const std::uint8_t> is_loaded, FinePoint eye,
                     const Frustum& frustum, Radii& radii, WalkMemory& memory);
 inline void hold_to_loaded(const Tree& tree, std::span<const std::uint8_t> is_loaded, FinePoint eye,
