@@ -158,6 +158,11 @@ def snakemake_words(arguments, plan, output):
     return words if plan["stop_at_first_failure"] else words + ["--keep-going"]
 
 
+def snakemake_environment(output):
+    """With Snakemake's cache beside its other files: it ends where it cannot write in HOME."""
+    return {**os.environ, "XDG_CACHE_HOME": os.path.join(output, ".snakemake")}
+
+
 def hear_interrupts():
     """A shell starts what runs in the background deaf to SIGINT, which Snakemake stops by."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
@@ -203,7 +208,8 @@ def run_jobs(arguments, plan, output, left):
     with open(log_path, "w", encoding="utf-8") as log, Interrupts() as interrupts:
         try:
             process = subprocess.Popen(words, stdout=log, stderr=subprocess.STDOUT,
-                                       start_new_session=True, preexec_fn=hear_interrupts)
+                                       start_new_session=True, preexec_fn=hear_interrupts,
+                                       env=snakemake_environment(output))
         except FileNotFoundError as error:
             raise RunError(FAILED, "snakemake: is not installed; run scripts/setup, or install the "
                                    "package snakemake") from error

@@ -30,6 +30,7 @@ class Survey(unittest.TestCase):
             os.symlink(os.path.join(HERE, "fake_program.py"),
                        os.path.join(programs, "cornice-" + name))
         self.runs = os.path.join(self.folder, "runs")
+        self.environment = {**os.environ, "RUNS": self.runs}
         self.words = [sys.executable, "-B", RUN, "--programs", programs,
                       os.path.join(self.folder, "survey.yaml")]
         for name in "abc":
@@ -46,7 +47,7 @@ class Survey(unittest.TestCase):
     def start(self, *more):
         self.write("runs", "")
         return subprocess.Popen(self.words + list(more), text=True, stdout=subprocess.PIPE,
-                                stderr=subprocess.PIPE, env={**os.environ, "RUNS": self.runs})
+                                stderr=subprocess.PIPE, env=self.environment)
 
     def run_it(self, *more):
         """(exit code, messages, jobs that ran)"""
@@ -202,6 +203,12 @@ class Survey(unittest.TestCase):
         text = self.run_it("--dry-run")[1]
         self.assertIn("0.1 points/m² are few for cells of 0.9 m", text)
         self.assertIn('"step-m: 3.6"', text)
+
+    def test_needs_no_home_to_write_in(self):
+        self.environment.pop("XDG_CACHE_HOME", None)
+        self.environment["HOME"] = "/proc/nowhere"
+        code, text, _ = self.run_it("--until", "info")
+        self.assertEqual(code, 0, text)
 
     def test_says_in_one_line_what_cannot_be_written(self):
         # As a full disk would have it, which a test cannot make.
