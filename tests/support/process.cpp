@@ -20,12 +20,19 @@ extern char** environ;
 namespace cornice::test {
 namespace {
 
-void wait_for_content(const std::string& path) {
-  const auto last = std::chrono::steady_clock::now() + std::chrono::seconds(10);
-  while (std::chrono::steady_clock::now() < last) {
+bool has_ended(pid_t child) {
+  siginfo_t info{};
+  // Leaves the child to be waited for.
+  return waitid(P_PID, static_cast<id_t>(child), &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+         info.si_pid == child;
+}
+
+/// Returns when the file has content, however long that takes, or the child is gone.
+void wait_for_content(const std::string& path, pid_t child) {
+  while (!has_ended(child)) {
     struct stat status {};
-    if (!path.empty() && stat(path.c_str(), &status) == 0 && status.st_size > 0) return;
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    if (stat(path.c_str(), &status) == 0 && status.st_size > 0) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
 }
 
@@ -50,7 +57,7 @@ ProcessResult run_process(const std::vector<std::string>& arguments, int signal_
   posix_spawn_file_actions_destroy(&actions);
   if (error != 0) throw std::runtime_error("cannot run " + arguments[0]);
   if (signal_number != 0) {
-    wait_for_content(signal_when);
+    wait_for_content(signal_when, pid);
     kill(pid, signal_number);
   }
   int status = 0;

@@ -14,7 +14,7 @@ struct ProcessResult {
 };
 
 /// Runs a program to its end; arguments[0] is its path or name on PATH. Where signal_number is not
-/// 0 it is sent as soon as the file `signal_when` is not empty, or after 10 s.
+/// 0 it is sent as soon as the file `signal_when` is not empty.
 ProcessResult run_process(const std::vector<std::string>& arguments, int signal_number = 0,
                           const std::string& signal_when = "");
 

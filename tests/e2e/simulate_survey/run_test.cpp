@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <atomic>
 #include <chrono>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -212,14 +213,16 @@ TEST(CorniceSimulate, StoppedByASignalWhileItWritesItLeavesNothing) {
   const TemporaryFolder folder;
   const fs::path out = folder / "survey", now = folder / "now";
   bool was_written = false;
+  std::atomic<bool> has_ended = false;
   std::thread watch([&] {
-    for (int i = 0; i < 9000 && !was_written; ++i) {
+    while (!was_written && !has_ended) {
       was_written = is_being_written(out);
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
-    write_text(now, "x");
+    if (was_written) write_text(now, "x");
   });
   const ProcessResult result = simulate(out, {"--noise", "0.02"}, SIGTERM, now.string(), "500");
+  has_ended = true;
   watch.join();
   ASSERT_TRUE(was_written);
   EXPECT_EQ(result.exit_code, 128 + SIGTERM) << result.err;

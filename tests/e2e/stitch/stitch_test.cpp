@@ -244,32 +244,33 @@ TEST(StitchProgram, LeavesWholeTilesAloneWhenKilledAndDoesTheRestWhenRunAgain) {
   plan.jitter_m = 0.01;
   plan.cells = [](int, int) { return 150; };
   const std::vector<fs::path> tiles = test::write_tiles(folder.path(), test::cut_tiles(plan));
-  const std::string out = (folder / "out").string();
-  std::vector<std::string> words{(fs::path(CORNICE_BIN_DIR) / "cornice-stitch").string()};
+  const fs::path out = folder / "out", fresh = folder / "fresh";
+  ASSERT_EQ(run_stitch(tiles, {"-o", fresh.string()}).exit_code, 0);
+  // Of low priority, so that a busy machine looks before the program is done.
+  std::vector<std::string> words{"nice", "-n", "19",
+                                 (fs::path(CORNICE_BIN_DIR) / "cornice-stitch").string()};
   for (const fs::path& tile : tiles) words.push_back(tile.string());
-  words.insert(words.end(), {"-o", out, "--no-progress"});
-  ProcessResult killed;
-  // On a busy machine the program may be done before anybody looks.
-  for (int attempt = 0; attempt < 5 && killed.exit_code != 128 + SIGKILL; ++attempt) {
+  words.insert(words.end(), {"-o", out.string(), "--no-progress"});
+  bool is_whole = true;
+  for (int attempt = 0; attempt < 50 && is_whole; ++attempt) {
     fs::remove_all(out);
-    killed = test::run_process(words, SIGKILL, (folder / "out" / "t0.ply").string());
+    test::run_process(words, SIGKILL, (out / "t0.ply").string());
+    is_whole = fs::exists(out / tiles.back().filename());
   }
-  EXPECT_EQ(killed.exit_code, 128 + SIGKILL) << "too fast to be killed in the middle";
+  ASSERT_FALSE(is_whole) << "too fast to be killed in the middle";
   std::size_t left = 0;
-  for (const auto& entry : fs::directory_iterator(out)) {
-    EXPECT_EQ(entry.path().extension(), ".ply") << entry.path();
-    EXPECT_GT(read_ply_mesh(entry.path()).triangles.size(), 2u * 150 * 150);
+  for (const fs::path& tile : tiles) {
+    if (!fs::exists(out / tile.filename())) continue;
+    EXPECT_TRUE(test::read_text(out / tile.filename()) == test::read_text(fresh / tile.filename()))
+        << tile;
     ++left;
   }
   EXPECT_GE(left, 1u);
-  EXPECT_LT(left, tiles.size());
   words.push_back("--overwrite");
   ASSERT_EQ(test::run_process(words).exit_code, 0);
-  const std::string fresh = (folder / "fresh").string();
-  ASSERT_EQ(run_stitch(tiles, {"-o", fresh}).exit_code, 0);
   for (const fs::path& tile : tiles) {
-    EXPECT_EQ(test::read_text(folder / "out" / tile.filename()),
-              test::read_text(folder / "fresh" / tile.filename()));
+    EXPECT_TRUE(test::read_text(out / tile.filename()) == test::read_text(fresh / tile.filename()))
+        << tile;
   }
 }
 
