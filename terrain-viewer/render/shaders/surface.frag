@@ -107,7 +107,7 @@ vec3 tone(vec3 light) {
 }
 
 void main() {
-  if (frame.shading.y == 1 && (gl_FragCoord.x - frame.swipe.x) * frame.swipe.y < 0.0) discard;
+  if (frame.shading.y == 1 && (gl_FragCoord.x < frame.swipe.x) != (frame.swipe.y < 0.0)) discard;
   vec3 n = normalize(normal);
   // Seen from within the ground there is nothing to be seen but that it is the ground.
   bool from_below = !gl_FrontFacing;

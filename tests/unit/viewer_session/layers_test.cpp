@@ -164,6 +164,22 @@ TEST_F(Layered, TheSwipeLineIsAtItsColumnInPicturesOfAnyWidth) {
   }
 }
 
+TEST_F(Layered, APixelWhoseMiddleTheSwipeLineMeetsIsOfTheSecondPictureAlone) {
+  Desk desk({folder_ / "red.hlod", folder_ / "high.hlod"});
+  const auto drawn = [&](const Split& split) { return desk.draw(above_plates(), split).pixels; };
+  // Half transparent, what is drawn twice has a colour of its own.
+  desk.session().looks()[0].opacity = desk.session().looks()[1].opacity = 0.5;
+  const auto first = drawn({Split::Kind::kSwipe, 1.0 * Desk::kWidth});
+  const auto second = drawn({Split::Kind::kSwipe, 0.0});
+  for (const double column : {0.5, 1.5, 79.5, 80.5, Desk::kWidth - 0.5}) {
+    const auto swiped = drawn({Split::Kind::kSwipe, column});
+    for (std::size_t i = 0; i < swiped.size(); ++i) {
+      const double middle = double(i % Desk::kWidth) + 0.5;
+      ASSERT_EQ(swiped[i], (middle < column ? first : second)[i]) << column << ' ' << middle;
+    }
+  }
+}
+
 TEST_F(Layered, SideBySideOneCameraSeesTheSameTwiceAndNothingBesideThemAtOddWidths) {
   const auto bumps = [](double x, double y) { return 3.0 * std::sin(0.9 * x) * std::cos(0.7 * y); };
   write_plate(folder_ / "one.hlod", bumps, {90, 140, 60});
