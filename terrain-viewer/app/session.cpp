@@ -91,6 +91,8 @@ Cover Session::cover() const { return shown_drape() != nullptr ? cover_ : Cover:
 
 void Session::update_drape(const LayerView& view, FrameCounts& counts) {
   Drape* drape = shown_drape();
+  for (Drape* other : {photo_.get(), difference_.get()})
+    if (other != nullptr && other != drape) other->hide(view.seconds);
   if (drape == nullptr) return;
   const SceneBox box = box_of(layers_);
   const TileView tiles{view.camera,         double(view.width) / view.height,

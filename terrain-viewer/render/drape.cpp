@@ -34,6 +34,7 @@ Drape::Drape(std::unique_ptr<RasterPyramid> pyramid, std::uint64_t gpu_bytes, st
 }
 
 std::vector<TileKey> Drape::needed(const TileView& view, std::uint64_t frame) {
+  hidden_s_ = 0.0;
   const auto room = static_cast<std::size_t>(kRoomShare * double(texture_.capacity()));
   TileView wider = view;
   wider.wider_deg = kWiderDeg;
@@ -51,12 +52,16 @@ std::vector<TileKey> Drape::missing_of(const std::vector<TileKey>& keys) const {
   return missing;
 }
 
-void Drape::upload(std::size_t most, std::uint64_t frame) {
-  for (const RasterTile& tile : loader_->take(most)) texture_.put(tile, frame);
+bool Drape::upload(std::size_t most, std::uint64_t frame) {
+  bool had_room = true;
+  for (const RasterTile& tile : loader_->take(most))
+    had_room = texture_.put(tile, frame) && had_room;
+  return had_room;
 }
 
 void Drape::count(std::size_t needed, std::size_t missing) {
-  counts_ = {needed, missing, loader_->tiles_read(), texture_.used_bytes()};
+  counts_ = {needed, missing, loader_->tiles_read(), texture_.used_bytes(),
+             texture_.allocated_bytes()};
 }
 
 void Drape::update(const TileView& view, Vec3d velocity, std::uint64_t frame) {
@@ -73,6 +78,14 @@ void Drape::update(const TileView& view, Vec3d velocity, std::uint64_t frame) {
   loader_->want(missing);
 }
 
+void Drape::hide(double seconds) {
+  hidden_s_ += seconds;
+  if (hidden_s_ < kHiddenSeconds) return;
+  loader_->want({});
+  texture_.clear();
+  count(0, 0);
+}
+
 bool Drape::settle(const TileView& view, std::uint64_t frame) {
   const auto need = needed(view, frame);
   while (true) {
@@ -81,7 +94,8 @@ bool Drape::settle(const TileView& view, std::uint64_t frame) {
     if (missing.empty()) break;
     loader_->want(missing);
     loader_->wait();
-    upload(TileLoader::kMostReady, frame);
+    // The GPU may turn out to have less than was given.
+    if (!upload(TileLoader::kMostReady, frame)) break;
   }
   for (const TileKey& key : need)
     if (!texture_.holds(key)) return false;

@@ -16,7 +16,7 @@ namespace cornice::viewer {
 struct DrapeCounts {
   std::size_t tiles_needed = 0, tiles_missing = 0;
   std::uint64_t tiles_read = 0;
-  std::uint64_t used_bytes = 0;
+  std::uint64_t used_bytes = 0, allocated_bytes = 0;  ///< on the GPU
 };
 
 /// All functions are for the thread of the OpenGL context.
@@ -38,6 +38,10 @@ class Drape {
   void update(const TileView& view, Vec3d velocity, std::uint64_t frame);
   /// The same, waiting for all that the view needs: for pictures. False where tiles failed.
   bool settle(const TileView& view, std::uint64_t frame);
+  /// Instead of both in a frame of so many seconds that does not show it: what has been hidden for
+  /// kHiddenSeconds gives back what tiles took up on the GPU, and reads them again when shown.
+  void hide(double seconds);
+  static constexpr double kHiddenSeconds = 30.0;
 
   DrapeTexture& texture() { return texture_; }
   const DrapeCounts& counts() const { return counts_; }
@@ -47,7 +51,8 @@ class Drape {
   Drape(std::unique_ptr<RasterPyramid> pyramid, std::uint64_t gpu_bytes, std::string name);
   std::vector<TileKey> needed(const TileView& view, std::uint64_t frame);
   std::vector<TileKey> missing_of(const std::vector<TileKey>& keys) const;
-  void upload(std::size_t most, std::uint64_t frame);
+  /// False where some had no room.
+  bool upload(std::size_t most, std::uint64_t frame);
   void count(std::size_t needed, std::size_t missing);
 
   std::string name_;
@@ -58,6 +63,7 @@ class Drape {
   DrapeTexture texture_;
   std::unique_ptr<TileLoader> loader_;
   DrapeCounts counts_;
+  double hidden_s_ = 0.0;
 };
 
 }  // namespace cornice::viewer

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "core/base/error.h"
 
@@ -15,6 +16,8 @@ namespace {
 
 /// With fewer tiles a view from the ground to the horizon is blurred.
 constexpr std::size_t kFewestTiles = 64;
+/// The array starts with this part of all that it may hold, and doubles.
+constexpr std::size_t kFirstPart = 4;
 
 constexpr std::uint64_t bytes_of_tile(RasterKind kind) {
   return std::uint64_t{kTileSide} * kTileSide * texel_bytes(kind);
@@ -46,24 +49,56 @@ DrapeTexture::DrapeTexture(const PyramidGrid& grid, RasterKind kind, std::uint64
     : grid_(grid), kind_(kind), tile_bytes_(bytes_of_tile(kind)) {
   GLint most_layers = 0;
   glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &most_layers);
-  // Entries of the table are 16 bits, 0 being none.
+  // An array of half as many is there while they are copied. Entries of the table are 16 bits, 0
+  // being none.
   capacity_ = static_cast<std::size_t>(std::min<std::uint64_t>(
-      {bytes / tile_bytes_, static_cast<std::uint64_t>(most_layers), 65535}));
+      {2 * bytes / (3 * tile_bytes_), static_cast<std::uint64_t>(most_layers), 65535}));
+  capacity_ -= capacity_ % kFirstPart;
   if (capacity_ < kFewestTiles)
     throw RunError("GPU", "--drape-memory-mib has room for " + std::to_string(capacity_) +
                               " tiles of a raster; " + std::to_string(kFewestTiles) +
                               " are needed, " +
-                              std::to_string((kFewestTiles * tile_bytes_ >> 20) + 1) + " MiB");
+                              std::to_string((3 * kFewestTiles * tile_bytes_ >> 21) + 1) + " MiB");
   // No more than there are.
   std::uint64_t all = 0;
   for (int level = 0; level < grid.levels; ++level)
     all += static_cast<std::uint64_t>(grid.columns(level)) *
            static_cast<std::uint64_t>(grid.rows(level));
   capacity_ = static_cast<std::size_t>(std::min<std::uint64_t>(capacity_, all));
-  tiles_ = make_array(kind == RasterKind::kPhoto ? GL_SRGB8_ALPHA8 : GL_RG32F, kTileSide, capacity_,
-                      GL_LINEAR);
+  first_places_ = (capacity_ + kFirstPart - 1) / kFirstPart;
+  tiles_ = make_tiles(first_places_);
+  places_ = first_places_;
   pages_ = make_array(GL_R16UI, kPages, static_cast<std::size_t>(grid.levels), GL_NEAREST);
   table_.resize(static_cast<std::size_t>(kPages) * kPages * static_cast<std::size_t>(grid.levels));
+}
+
+GlTexture DrapeTexture::make_tiles(std::size_t places) const {
+  return make_array(kind_ == RasterKind::kPhoto ? GL_SRGB8_ALPHA8 : GL_RG32F, kTileSide, places,
+                    GL_LINEAR);
+}
+
+/// What the GPU has no room for is not tried again.
+void DrapeTexture::grow() {
+  const std::size_t wanted = std::min(2 * places_, capacity_);
+  try {
+    GlTexture larger = make_tiles(wanted);
+    glCopyImageSubData(tiles_.id(), GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, larger.id(),
+                       GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, kTileSide, kTileSide,
+                       static_cast<GLsizei>(places_));
+    tiles_ = std::move(larger);
+    places_ = wanted;
+  } catch (const RunError&) {
+    capacity_ = places_;
+  }
+}
+
+void DrapeTexture::clear() {
+  held_.clear();
+  used_.clear();
+  has_changed_ = true;
+  if (places_ == first_places_) return;
+  tiles_ = make_tiles(first_places_);
+  places_ = first_places_;
 }
 
 void DrapeTexture::use(TileKey key, std::uint64_t frame) {
@@ -75,6 +110,7 @@ void DrapeTexture::use(TileKey key, std::uint64_t frame) {
 
 bool DrapeTexture::put(const RasterTile& tile, std::uint64_t frame) {
   if (held_.contains(tile.key)) return true;
+  if (held_.size() == places_ && places_ < capacity_) grow();
   int place = static_cast<int>(held_.size());
   if (held_.size() == capacity_) {
     const auto oldest = held_.find(used_.back());

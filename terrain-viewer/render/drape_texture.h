@@ -30,11 +30,13 @@ class DrapeTexture {
  public:
   static constexpr int kPages = 64;
 
-  /// Takes up at most `bytes` on the GPU, at once. Throws RunError where that is too little for the
-  /// tiles of one view or the GPU has no such room.
+  /// Takes up at most `bytes` on the GPU: a sixth at first, then a third, then two thirds, the
+  /// tiles being copied from the array before, which takes up half as much meanwhile. Throws
+  /// RunError where that is too little for the tiles of one view or the GPU has no room for the
+  /// first array.
   DrapeTexture(const PyramidGrid& grid, RasterKind kind, std::uint64_t bytes);
 
-  /// Tiles there is room for.
+  /// Tiles there may be; fewer once the GPU has had no room for more.
   std::size_t capacity() const { return capacity_; }
   bool holds(TileKey key) const { return held_.contains(key); }
   /// Counts as the use of a tile, if it is there, in frame `frame`.
@@ -43,6 +45,9 @@ class DrapeTexture {
   /// in this frame.
   bool put(const RasterTile& tile, std::uint64_t frame);
   std::uint64_t used_bytes() const { return held_.size() * tile_bytes_; }
+  std::uint64_t allocated_bytes() const { return places_ * tile_bytes_; }
+  /// Forgets all tiles and gives back all but the room that there was at first.
+  void clear();
 
   /// Binds tiles and table to texture units 1 and 2; returns what the shader needs to know, but for
   /// opacity, relief and ramp. For the thread of the context, as all here.
@@ -54,12 +59,15 @@ class DrapeTexture {
     std::uint64_t frame = 0;
     std::list<TileKey>::iterator use;
   };
+  GlTexture make_tiles(std::size_t places) const;
+  void grow();
   void write_pages(const DrapeBlock& block);
 
   PyramidGrid grid_;
   RasterKind kind_;
   std::uint64_t tile_bytes_;
-  std::size_t capacity_ = 0;
+  std::size_t capacity_ = 0, first_places_ = 0;
+  std::size_t places_ = 0;  ///< tiles that the array has room for
   GlTexture tiles_, pages_;
   std::unordered_map<TileKey, Held, TileKeyHash> held_;
   std::list<TileKey> used_;  ///< the latest first
