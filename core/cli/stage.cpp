@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "core/cli/stage.h"
 
+#include <unistd.h>
+
+#include <cerrno>
 #include <cstdio>
 #include <exception>
 #include <new>
@@ -12,6 +15,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/base/write_problem.h"
 #include "core/cli/command_line.h"
 #include "core/cli/console.h"
 #include "core/cli/log.h"
@@ -117,14 +121,34 @@ void refuse_to_replace_inputs(const fs::path& written, const std::vector<Option>
   }
 }
 
+/// Throws RunError where a file or folder could not be made at `written`: now rather than after
+/// hours of work.
+void check_place(const fs::path& written) {
+  std::error_code error;
+  // A link's target may lie anywhere.
+  if (written.empty() || fs::is_symlink(written, error)) return;
+  fs::path folder = fs::absolute(written);
+  if (!fs::is_directory(folder, error)) folder = folder.parent_path();
+  while (folder.has_relative_path() && !fs::exists(folder, error)) folder = folder.parent_path();
+  if (!fs::is_directory(folder, error)) {
+    throw RunError(written.string(), "cannot create its folder: " + folder.string() + " is a file");
+  }
+  if (access(folder.c_str(), W_OK | X_OK) != 0) {
+    throw RunError(written.string(),
+                   "cannot write in " + folder.string() + ": " + write_problem(errno));
+  }
+}
+
 void prepare_outputs(const std::vector<Option>& options, const CommonOptions& common) {
   refuse_to_replace_inputs(common.report, options);
+  check_place(common.report);
   for (const Option& option : options) {
     if (!option.is_output()) continue;
     refuse_to_replace_inputs(*std::get<fs::path*>(option.field()), options);
     const fs::path& path = *std::get<fs::path*>(option.field());
     if (path.empty()) continue;
     check_output(path, common);
+    check_place(path);
     remove_stale_partials(path);
   }
 }
