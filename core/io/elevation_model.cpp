@@ -8,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/base/memory.h"
+#include "core/io/raster_file.h"
 
 namespace cornice {
 namespace {
@@ -134,7 +135,9 @@ ElevationModel ElevationModel::read(const std::vector<std::filesystem::path>& ra
     if (area.empty() || !box_of(head).intersects(area.grown(kRimPixels * head.step))) continue;
     model.without_vertical_ += wanted.has_vertical && !head.crs.has_vertical;
     ++model.rasters_used_;
-    model.grid_for(path, head, area).add(read_raster(path));
+    const Raster raster = read_raster(path);
+    require_ground(path, raster.values, raster.no_data);
+    model.grid_for(path, head, area).add(raster);
   }
   return model;
 }

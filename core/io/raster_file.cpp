@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/input_file.h"
 #include "core/geo/gdal_handles.h"
 #include "core/geo/known_crs.h"
 #include "core/geo/product_name.h"
@@ -34,6 +35,8 @@ constexpr double kGridTolerance = 0.01;
 // A pixel of a centimetre over ten thousand kilometres; more is a damaged header.
 constexpr int kMostPixelsAlong = 1000000000;
 constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 50;
+// Metres above and below sea level.
+constexpr float kHighestGroundM = 9000.0f;
 constexpr float kNothing = std::numeric_limits<float>::quiet_NaN();
 
 std::string number(double value) {
@@ -49,9 +52,7 @@ void register_drivers() {
 
 DatasetPtr open_raster(const fs::path& path, const GdalMessages& messages) {
   register_drivers();
-  std::error_code error;
-  if (!fs::exists(path, error)) throw InputError(path.string(), "No such file or directory");
-  if (fs::is_directory(path, error)) throw InputError(path.string(), "is a folder, not a file");
+  check_input_file(path);
   // The formats DEM products come in; others can refer to further files or to the network.
   const std::array<const char*, 4> drivers{"GTiff", "COG", "AAIGrid", nullptr};
   // Files before GeoTIFF 1.1 may say a vertical CRS too; GDAL drops it unless told.
@@ -230,6 +231,18 @@ void RasterFile::read_numbers(int row, int col, int width, int height, float* to
       line[j] = from[j] == mark || !std::isfinite(value) ? kNothing : value;
     }
   }
+}
+
+void require_ground(const fs::path& path, std::span<const float> heights, float no_data) {
+  const auto bad = std::find_if(heights.begin(), heights.end(), [no_data](float z) {
+    return std::abs(z) > kHighestGroundM && z != no_data;
+  });
+  if (bad == heights.end()) return;
+  const std::string value = number(static_cast<double>(*bad));
+  throw InputError(path.string(), "has a height of " + value +
+                                      " m, which no ground has; if it stands for no data, let the "
+                                      "file say so, with gdal_edit.py -a_nodata " +
+                                      value);
 }
 
 void require_metres(const fs::path& path, const RasterHead& head) {

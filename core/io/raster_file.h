@@ -4,8 +4,10 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "core/geo/crs.h"
@@ -60,6 +62,11 @@ class RasterFile {
 /// Throws InputError where `head` cannot be taken for metres: degrees, feet in plan or in height,
 /// or a CRS in degrees over coordinates that are none. An empty CRS passes.
 void require_metres(const std::filesystem::path& path, const RasterHead& head);
+
+/// Throws InputError where no ground has one of `heights`, read from `path`: most likely it stands
+/// for no data and the file does not say so. Not-a-number and `no_data` pass.
+void require_ground(const std::filesystem::path& path, std::span<const float> heights,
+                    float no_data = std::numeric_limits<float>::quiet_NaN());
 
 /// Bytes that GDAL keeps of blocks read, over all files of the process.
 void limit_raster_cache(std::uint64_t bytes);

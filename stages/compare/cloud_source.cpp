@@ -2,8 +2,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <optional>
 
+#include "core/geo/file_crs.h"
 #include "core/io/las.h"
 #include "core/io/ply.h"
 #include "stages/compare/part_cache.h"
@@ -17,6 +19,8 @@ constexpr double kPartPoints = 2e6;
 /// Sides of parts are multiples of this.
 constexpr double kSideM = 25.0;
 constexpr double kLargestSideM = 1000.0;
+/// Of all parts of all files; even the largest are a continent then.
+constexpr double kMostBlocks = 1e7;
 /// Not surface: noise, artefacts and points that were never measured (ASPRS and Lidar HD).
 constexpr std::array<std::uint8_t, 4> kNoSurface{7, 18, 65, 66};
 
@@ -84,7 +88,7 @@ class CloudSource : public Source {
     Box3d box;
     if (is_ply) {
       const PlyInfo info = read_ply_info(file);
-      if (!info.crs_text.empty()) join_crs(facts_, file, crs_from_text(info.crs_text));
+      if (!info.crs_text.empty()) join_crs(facts_, file, crs_of_file(file, info.crs_text));
       file_boxes_.emplace_back();
       const std::shared_ptr<const Surface> points = whole(infos_.size() - 1);
       for (const Vec3f p : points->positions) box.add(points->origin + p.cast<double>());
@@ -97,7 +101,13 @@ class CloudSource : public Source {
       }
       join_crs(facts_, file, infos_.back().crs);
       facts_.vertices += infos_.back().point_count;
-      if (infos_.back().point_count > 0) box = infos_.back().bounds;
+      if (infos_.back().point_count > 0) {
+        box = infos_.back().bounds;
+        if (box.empty()) {
+          throw InputError(file.string(),
+                           "has bounds in its header that hold nothing; make it anew");
+        }
+      }
       file_boxes_.push_back(box.empty() ? Box2d{} : box.plan());
     }
     if (box.empty()) {
@@ -110,11 +120,27 @@ class CloudSource : public Source {
     facts_.box.add(box.max.x, box.max.y);
   }
 
+  /// Headers may say that a file reaches anywhere.
+  [[noreturn]] void refuse_widest() const {
+    const auto widest = std::max_element(
+        file_boxes_.begin(), file_boxes_.end(), [](const Box2d& a, const Box2d& b) {
+          return std::max(a.width(), a.height()) < std::max(b.width(), b.height());
+        });
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "says it reaches from %.9g, %.9g to %.9g, %.9g in east and north", widest->min_x,
+                  widest->min_y, widest->max_x, widest->max_y);
+    throw InputError(facts_.files[static_cast<std::size_t>(widest - file_boxes_.begin())].string(),
+                     std::string(text) +
+                         ", which no survey does; see what cornice-info says of it, make it anew");
+  }
+
   void make_blocks(double area) {
     const double density = static_cast<double>(facts_.vertices) / std::max(area, 1.0);
     const double side = std::clamp(std::floor(std::sqrt(kPartPoints / density) / kSideM) * kSideM,
                                    kSideM, kLargestSideM);
     const Box2d& box = facts_.box;
+    if (!(box.width() / side * (box.height() / side) < kMostBlocks)) refuse_widest();
     for (double y = std::floor(box.min_y / side) * side; y <= box.max_y; y += side) {
       for (double x = std::floor(box.min_x / side) * side; x <= box.max_x; x += side) {
         const Box2d block{x, y, x + side, y + side};

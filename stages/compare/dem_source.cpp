@@ -155,6 +155,7 @@ class DemSource : public Source {
       file.read(static_cast<int>(both.col0 - t.col0), static_cast<int>(both.row0 - t.row0),
                 static_cast<int>(both.width()), static_cast<int>(both.height()), rows.data(),
                 width);
+      require_ground(facts_.files[i], rows);
       for (std::size_t k = 0; k < rows.size(); ++k) {
         const auto row = both.row0 + static_cast<std::int64_t>(k / width);
         const auto col = both.col0 + static_cast<std::int64_t>(k % width);

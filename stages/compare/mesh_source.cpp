@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
 
+#include "core/geo/file_crs.h"
 #include "core/io/ply.h"
 #include "stages/compare/part_cache.h"
 #include "stages/compare/source_kinds.h"
@@ -27,7 +28,7 @@ class MeshSource : public Source {
     std::uint64_t empty = 0;
     for (const std::filesystem::path& file : facts_.files) {
       const PlyInfo info = read_ply_info(file);
-      if (!info.crs_text.empty()) join_crs(facts_, file, crs_from_text(info.crs_text));
+      if (!info.crs_text.empty()) join_crs(facts_, file, crs_of_file(file, info.crs_text));
       paths_.push_back(file);
       parts_.push_back({file.stem().string(), {}});
       const std::shared_ptr<const Surface> surface = part(parts_.size() - 1);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 
 #include "core/base/error.h"
@@ -134,9 +135,12 @@ RasterGrid grid_around(const std::vector<MeshPlace>& meshes, double step) {
   const double height = std::max(1.0, north - std::floor(box.min_y / step));
   constexpr double kMost = 1e7;
   if (width > kMost || height > kMost) {
-    throw UsageError(
-        "--step", "the raster would have " + std::to_string(static_cast<long long>(width)) + " x " +
-                      std::to_string(static_cast<long long>(height)) + " pixels; say a larger one");
+    char text[200];
+    std::snprintf(text, sizeof text,
+                  "the raster would have %.6g x %.6g pixels, from %.9g, %.9g to %.9g, %.9g in east "
+                  "and north; say a larger one, or leave out what lies far off",
+                  width, height, box.min_x, box.min_y, box.max_x, box.max_y);
+    throw UsageError("--step", text);
   }
   return {static_cast<int>(width), static_cast<int>(height), west * step, north * step, step};
 }

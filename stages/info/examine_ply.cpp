@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/geo/file_crs.h"
 #include "core/io/ply.h"
 #include "core/io/ply_header.h"
 #include "core/io/ply_stream.h"
@@ -74,8 +75,11 @@ PlyFacts examine_ply(const std::filesystem::path& path, const ExamineOptions& op
   PlyFacts facts;
   facts.header = read_ply_info(path);
   const PlyHeader header = read_ply_header(path);
-  const std::string& crs_text = options.crs_text.empty() ? facts.header.crs_text : options.crs_text;
-  if (!crs_text.empty()) facts.crs = crs_from_text(crs_text);
+  if (!options.crs_text.empty()) {
+    facts.crs = crs_from_text(options.crs_text);
+  } else if (!facts.header.crs_text.empty()) {
+    facts.crs = crs_of_file(path, facts.header.crs_text);
+  }
   PlyStream stream(path, header);
   for (const PlyElement& element : header.elements) {
     if (element.name == "face") facts.faces = element.count;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 #include <mutex>
+#include <optional>
 
 #include "core/base/error.h"
 #include "core/geo/gdal_handles.h"
@@ -15,6 +16,9 @@
 
 namespace cornice::info {
 namespace {
+
+/// Of whatever a raster may hold; above it lie the values that programs give to empty pixels.
+constexpr double kMostOfAnything = 1e30;
 
 std::string metadata(GDALDatasetH dataset, const char* key) {
   const char* value = GDALGetMetadataItem(dataset, key, "IMAGE_STRUCTURE");
@@ -155,6 +159,11 @@ std::vector<Defect> find_defects(const RasterFacts& facts) {
                                 ", which could be a height");
   }
   if (facts.valid == 0 && facts.bands > 0) add("no_values", "no pixel has a value");
+  for (const std::optional<double>& end : {facts.min, facts.max}) {
+    if (!end || std::abs(*end) < kMostOfAnything) continue;
+    add("no_data_unmarked", "values reach " + shortest(*end) +
+                                ", probably of pixels without one; nothing marks them as such");
+  }
   if (facts.not_finite > 0) {
     add("not_finite", counted(facts.not_finite, "pixel") + " are no numbers");
   }

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "core/base/error.h"
@@ -274,6 +275,30 @@ TEST_F(Sources, OfHostileFilesEndInOneErrorEach) {
   test::write_text(folder_ / "list.txt", "dem.tif\nmissing.tif\n");
   EXPECT_THAT(problem_of<InputError>(folder_ / "list.txt", folder_ / "dem.tif"),
               HasSubstr("missing.tif"));
+}
+
+TEST_F(Sources, WithHeightsThatStandForNoDataUntoldAreRefused) {
+  write_cog(folder_ / "dem.tif", ground_dem(0, 0, 40, 1.0));
+  Raster raster = ground_dem(0, 0, 40, 1.0);
+  raster.values[300] = -3.4028235e38f;
+  write_cog(folder_ / "untold.tif", raster);
+  EXPECT_THAT(problem_of<InputError>(folder_ / "dem.tif", folder_ / "untold.tif"),
+              HasSubstr("untold.tif: has a height of -3.40282347e+38 m, which no ground has"));
+}
+
+TEST_F(Sources, WhoseHeadersSayTheyReachAnywhereAreRefused) {
+  write_cog(folder_ / "dem.tif", ground_dem(0, 0, 40, 1.0));
+  write_points(folder_ / "points.las", 0.0, 2);
+  const std::string whole = test::read_text(folder_ / "points.las");
+  const auto problem = [&](double max_x) {
+    std::string bytes = whole;
+    std::memcpy(bytes.data() + 179, &max_x, sizeof max_x);
+    test::write_text(folder_ / "odd.las", bytes);
+    return problem_of<InputError>(folder_ / "dem.tif", folder_ / "odd.las");
+  };
+  EXPECT_THAT(problem(1e300), HasSubstr("odd.las: says it reaches from 2600000"));
+  EXPECT_THAT(problem(std::numeric_limits<double>::infinity()), HasSubstr("to inf, 1200"));
+  EXPECT_THAT(problem(0.0), HasSubstr("odd.las: has bounds in its header that hold nothing"));
 }
 
 TEST_F(Sources, SayWhatTrianglesAnErrorCosts) {

@@ -322,6 +322,21 @@ TEST(Examine, FindsWhatIsWrongWithARaster) {
   EXPECT_THAT(ids(examine(folder / "b.tif")), Contains("crs_wrong"));
 }
 
+TEST(Examine, FindsPixelsWithoutAValueThatNothingMarks) {
+  const TemporaryFolder folder;
+  Raster raster;
+  raster.width = raster.height = 20;
+  raster.west = 2600000.0, raster.north = 1200000.0;
+  raster.crs = crs_from_text("EPSG:2056+5728");
+  raster.values.assign(400, 500.0f);
+  raster.values[7] = -3.4028235e38f;
+  write_cog(folder / "a.tif", raster);
+  EXPECT_THAT(ids(examine(folder / "a.tif")), testing::ElementsAre("no_data_unmarked"));
+  raster.no_data = -3.4028235e38f;
+  write_cog(folder / "b.tif", raster);
+  EXPECT_THAT(ids(examine(folder / "b.tif")), IsEmpty());
+}
+
 TEST(ShowText, FitsOneScreen) {
   const TemporaryFolder folder;
   PointCloud cloud = clean_tile();

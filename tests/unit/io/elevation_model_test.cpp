@@ -138,6 +138,16 @@ TEST_F(ElevationModelTest, RefusesRastersOfAnotherSystemInOneLine) {
   EXPECT_NE(problem(folder_ / "missing.tif"), "accepted");
 }
 
+TEST_F(ElevationModelTest, RefusesHeightsThatStandForNoDataUntold) {
+  Raster r = raster(kWest, kSouth, 4, 1.0, [](double, double) { return 1.0; });
+  r.values[5] = -3.4028235e38f;
+  EXPECT_THAT(
+      problem(write("untold.tif", r)),
+      HasSubstr("has a height of -3.40282347e+38 m, which no ground has; if it stands for"));
+  r.no_data = -3.4028235e38f;
+  EXPECT_EQ(problem(write("told.tif", r)), "accepted");
+}
+
 TEST_F(ElevationModelTest, LeavesOutRastersThatDoNotTouchTheArea) {
   const auto model = ElevationModel::read(
       {write("far.tif", raster(kWest + 5000, kSouth, 20, 1.0, slope))}, kCrs, kArea);
