@@ -83,15 +83,15 @@ double chosen_side(const InputSummary& input, Vec3d size, const BuildOptions& op
 }
 
 /// Throws for coordinates that are no metres on any ground.
-void check_size(const InputSummary& input) {
-  const Vec3d &low = input.box.min, &high = input.box.max;
+void check_size(const Box3d& box, const std::string& name) {
+  const Vec3d &low = box.min, &high = box.max;
   const double most = std::max({std::abs(low.x), std::abs(low.y), std::abs(low.z), std::abs(high.x),
                                 std::abs(high.y), std::abs(high.z)});
   if (most <= kFarthest) return;
   char text[32];
   std::snprintf(text, sizeof text, "%.3g", most);
-  throw InputError("", "the input has coordinates of " + std::string(text) +
-                           "; they have to be metres, below 1e9");
+  throw InputError(
+      name, "has coordinates of " + std::string(text) + "; they have to be metres, below 1e9");
 }
 
 /// The builders of the threads that are at work: one each, kept for its memory.
@@ -170,12 +170,13 @@ void summarise(const Mesh& mesh, const std::string& name, int threads, InputSumm
     }
   }
   summary.triangles += mesh.triangles.size();
+  Box3d box;
   parallel_reduce(
       mesh.triangles.size(), kTriangleGrain, threads, MeshExtent{},
       [&](std::size_t begin, std::size_t end) { return extent_of(mesh, begin, end); },
       [&](MeshExtent&, const MeshExtent& part) {
-        summary.box.add(mesh.origin + part.low.cast<double>());
-        summary.box.add(mesh.origin + part.high.cast<double>());
+        box.add(mesh.origin + part.low.cast<double>());
+        box.add(mesh.origin + part.high.cast<double>());
         for (const Vec3f& p : {part.low, part.high}) {
           summary.farthest_m =
               std::max({summary.farthest_m, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
@@ -183,6 +184,11 @@ void summarise(const Mesh& mesh, const std::string& name, int threads, InputSumm
         summary.plan_area_m2 += part.plan;
         summary.area_m2 += part.whole;
       });
+  if (!box.empty()) {
+    check_size(box, name);
+    summary.box.add(box.min);
+    summary.box.add(box.max);
+  }
   summary.attributes |= attributes_of(mesh);
 }
 
@@ -190,7 +196,6 @@ Header plan_header(const InputSummary& input, const BuildOptions& options) {
   if (input.triangles == 0 || input.box.empty()) {
     throw InputError("", "the input has no triangles; nothing to build");
   }
-  check_size(input);
   Header header;
   header.partition = options.partition;
   header.attributes = input.attributes;

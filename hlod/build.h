@@ -32,8 +32,8 @@ struct InputSummary {
 
 /// Adds one mesh, or the next piece of one; the box is that of its triangles. Pieces that are all
 /// of the same multiple of 131072 triangles but the last sum up as the whole does, bit for bit.
-/// Throws InputError where its reference system is another, or where its vertices are not finite;
-/// `name` is for the message.
+/// Throws InputError where its reference system is another, or where its vertices are not finite or
+/// no metres; `name` is for the message.
 void summarise(const Mesh& mesh, const std::string& name, int threads, InputSummary& summary);
 
 struct BuildOptions {

@@ -16,6 +16,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/base/input_file.h"
 #include "core/base/write_problem.h"
 #include "hlod/file_layout.h"
 
@@ -39,11 +40,9 @@ class Descriptor {
   Descriptor& operator=(const Descriptor&) = delete;
 
   bool is_open() const { return file_ >= 0; }
-  /// Bytes of a regular file; nothing for anything else.
-  std::optional<std::uint64_t> size() const {
+  std::uint64_t size() const {
     struct stat status {};
-    if (::fstat(file_, &status) != 0 || !S_ISREG(status.st_mode)) return std::nullopt;
-    return static_cast<std::uint64_t>(status.st_size);
+    return ::fstat(file_, &status) == 0 ? static_cast<std::uint64_t>(status.st_size) : 0;
   }
   /// How many bytes there were, up to bytes.size().
   std::size_t read(std::span<std::byte> bytes, std::uint64_t offset) const {
@@ -247,15 +246,15 @@ std::vector<Node> read_nodes(const Descriptor& descriptor, const std::filesystem
 
 }  // namespace
 
-File::File(const std::filesystem::path& path) : state_(std::make_unique<State>(path)) {
+File::File(const std::filesystem::path& path) {
+  check_input_file(path);
+  state_ = std::make_unique<State>(path);
   State& s = *state_;
   if (!s.descriptor.is_open()) {
     throw InputError(path.string(), "cannot be opened: " + last_error());
   }
-  const std::optional<std::uint64_t> size = s.descriptor.size();
-  if (!size) throw InputError(path.string(), "is not a file");
   s.head = read_head(s.descriptor, path);
-  s.nodes = read_nodes(s.descriptor, path, s.head, *size);
+  s.nodes = read_nodes(s.descriptor, path, s.head, s.descriptor.size());
   s.levels = statistics_of(s.nodes, s.head.header.lattice.finest_level);
 }
 

@@ -15,6 +15,7 @@
 #include <system_error>
 
 #include "core/base/error.h"
+#include "core/base/input_file.h"
 #include "core/base/memory.h"
 #include "core/cli/log.h"
 #include "core/cli/machine.h"
@@ -121,12 +122,8 @@ void Report::add_parameter(const std::string& name, const nlohmann::json& value)
 void Report::add_input(const fs::path& path) {
   Json& inputs = data_["inputs"];
   if (lists_path(inputs, path.string())) return;
-  struct stat status {};
-  if (stat(path.c_str(), &status) != 0) {
-    throw InputError(path.string(), std::generic_category().message(errno));
-  }
-  if (S_ISDIR(status.st_mode)) throw InputError(path.string(), "is a folder, not a file");
-  Json entry = {{"path", path.string()}, {"bytes", static_cast<std::uint64_t>(status.st_size)}};
+  check_input_file(path);
+  Json entry = {{"path", path.string()}, {"bytes", fs::file_size(path)}};
   if (with_checksums_) entry["xxh3"] = file_checksum(path);
   inputs.push_back(std::move(entry));
 }

@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "core/base/error.h"
+#include "core/base/input_file.h"
 
 namespace cornice {
 namespace {
@@ -25,11 +26,7 @@ class FileSource : public ByteSource {
       throw InputError(name_, "cannot be opened (" + reason + "); check the path and permissions");
     }
     struct stat facts {};
-    if (::fstat(descriptor_, &facts) != 0 || !S_ISREG(facts.st_mode)) {
-      ::close(descriptor_);
-      throw InputError(name_, "is no regular file; give a .las, .laz or .las.zip file");
-    }
-    size_ = static_cast<std::uint64_t>(facts.st_size);
+    if (::fstat(descriptor_, &facts) == 0) size_ = static_cast<std::uint64_t>(facts.st_size);
   }
   ~FileSource() override { ::close(descriptor_); }
   FileSource(const FileSource&) = delete;
@@ -83,14 +80,7 @@ std::size_t MemorySource::read_at(std::uint64_t offset, void* to, std::size_t co
 }
 
 OpenedSource open_point_file(const std::filesystem::path& path) {
-  std::error_code failure;
-  const std::filesystem::file_status status = std::filesystem::status(path, failure);
-  if (!std::filesystem::exists(status)) {
-    throw InputError(path.string(), "does not exist; check the path");
-  }
-  if (std::filesystem::is_directory(status)) {
-    throw InputError(path.string(), "is a folder, not a point file; give the files in it");
-  }
+  check_input_file(path);
   OpenedSource opened{std::make_unique<FileSource>(path), ""};
   check_is_point_file(*opened.bytes, path.string());
   std::array<char, 4> magic{};

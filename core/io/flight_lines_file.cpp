@@ -12,6 +12,7 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/base/input_file.h"
 
 namespace cornice {
 namespace {
@@ -56,6 +57,7 @@ FlightLine line_from(const json& object, const std::string& file) {
 }
 
 FlightLines read_json(const std::string& file) {
+  check_input_file(file);
   std::ifstream in(file, std::ios::binary);
   if (!in) throw InputError(file, "cannot be opened");
   try {
@@ -158,6 +160,7 @@ std::string crs_text_of(GDALDatasetH dataset) {
 }
 
 FlightLines read_geopackage(const std::string& file) {
+  check_input_file(file);
   GDALAllRegister();
   const Dataset dataset(
       GDALOpenEx(file.c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY, nullptr, nullptr, nullptr),

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/input_file.h"
 #include "core/io/mesh_import.h"
 #include "core/io/ply.h"
 
@@ -31,10 +32,8 @@ std::string extension_of(const fs::path& path) {
 bool is_ply(const fs::path& path) { return extension_of(path) == ".ply"; }
 
 std::uint64_t size_of(const fs::path& path) {
-  std::error_code error;
-  const std::uint64_t bytes = fs::file_size(path, error);
-  if (error) throw InputError(path.string(), error.message());
-  return bytes;
+  check_input_file(path);
+  return fs::file_size(path);
 }
 
 std::string gib(std::uint64_t bytes) {

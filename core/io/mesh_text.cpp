@@ -13,6 +13,7 @@
 #include <system_error>
 
 #include "core/base/error.h"
+#include "core/base/input_file.h"
 
 namespace cornice {
 namespace {
@@ -24,7 +25,9 @@ constexpr std::uint64_t kStlHead = 84, kStlTriangle = 50;
 /// The lines of a text file, and the words of the present one.
 class Lines {
  public:
-  explicit Lines(const fs::path& path) : path_(path), file_(path, std::ios::binary) {
+  explicit Lines(const fs::path& path) : path_(path) {
+    check_input_file(path);
+    file_.open(path, std::ios::binary);
     if (!file_) throw InputError(path.string(), "cannot be opened");
   }
 
@@ -176,9 +179,8 @@ ImportedMesh read_off(const fs::path& path) {
 }
 
 void check_stl(const fs::path& path) {
-  std::error_code error;
-  const std::uint64_t bytes = fs::file_size(path, error);
-  if (error) throw InputError(path.string(), error.message());
+  check_input_file(path);
+  const std::uint64_t bytes = fs::file_size(path);
   std::ifstream file(path, std::ios::binary);
   char head[kStlHead] = {};
   file.read(head, static_cast<std::streamsize>(kStlHead));

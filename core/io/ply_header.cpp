@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/input_file.h"
 #include "core/io/ply.h"
 
 namespace cornice {
@@ -231,8 +232,8 @@ std::optional<std::size_t> PlyElement::find(std::initializer_list<const char*> n
 }
 
 PlyHeader read_ply_header(const fs::path& path) {
+  check_input_file(path);
   std::error_code error;
-  if (fs::is_directory(path, error)) throw InputError(path.string(), "is a folder, not a file");
   std::ifstream stream(path, std::ios::binary);
   if (!stream) throw InputError(path.string(), "cannot be opened");
   PlyHeader header;

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "core/base/error.h"
+#include "core/base/input_file.h"
 #include "core/io/ply.h"
 #include "stages/compare/source_kinds.h"
 
@@ -50,6 +51,7 @@ Kind kind_of(const fs::path& file) {
 }
 
 std::vector<fs::path> listed_files(const fs::path& list) {
+  check_input_file(list);
   std::ifstream in(list);
   if (!in) throw InputError(list.string(), "cannot be read");
   std::vector<fs::path> files;
@@ -93,7 +95,7 @@ std::vector<fs::path> files_of(const fs::path& path) {
   }
   if (files.empty()) throw InputError(path.string(), "holds no mesh, raster or point file");
   for (const fs::path& file : files) {
-    if (!fs::exists(file, error)) throw InputError(file.string(), "No such file or directory");
+    check_input_file(file);
   }
   return files;
 }

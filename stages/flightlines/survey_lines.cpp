@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/input_file.h"
 #include "core/base/parallel.h"
 #include "core/io/las.h"
 
@@ -207,6 +208,7 @@ SurveyLines find_survey_lines(const std::vector<std::filesystem::path>& files,
   refuse_what_is_named_twice(sorted);
   std::vector<LasInfo> infos;
   for (const auto& file : sorted) {
+    check_utf8_name(file);
     infos.push_back(read_las_info(file, {.crs_override = options.crs}));
     if (!same_crs(infos.front().crs, infos.back().crs))
       throw InputError(file.string(), "has another CRS (" + infos.back().crs.text() + ") than " +

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "core/base/error.h"
+#include "core/base/input_file.h"
 #include "core/geo/crs.h"
 #include "core/geo/product_name.h"
 #include "core/io/las.h"
@@ -55,6 +56,7 @@ struct Opened {
 };
 
 Opened open_tile(const fs::path& file, const std::string& crs_override) {
+  check_utf8_name(file);
   Opened opened;
   IndexedTile& tile = opened.tile;
   tile.path = file;

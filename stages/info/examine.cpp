@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "core/base/error.h"
+#include "core/base/input_file.h"
 
 namespace cornice::info {
 namespace {
@@ -44,9 +45,7 @@ Kind kind_of(const fs::path& path) {
 }  // namespace
 
 FileFacts examine(const fs::path& path, const ExamineOptions& options, Progress& progress) {
-  std::error_code error;
-  if (!fs::exists(path, error)) throw InputError(path.string(), "does not exist");
-  if (fs::is_directory(path, error)) throw InputError(path.string(), "is a folder, not a file");
+  check_input_file(path);
   FileFacts file;
   file.path = path;
   switch (kind_of(path)) {
@@ -60,7 +59,7 @@ FileFacts examine(const fs::path& path, const ExamineOptions& options, Progress&
       file.facts = examine_raster(path, options, progress);
       break;
   }
-  file.bytes = fs::file_size(path, error);
+  file.bytes = fs::file_size(path);
   file.defects = std::visit([](const auto& facts) { return find_defects(facts); }, file.facts);
   return file;
 }

@@ -108,14 +108,20 @@ void append_extra_bytes(PointCloud& chunk, const std::vector<Added>& added) {
 }  // namespace
 
 std::uint64_t promised_points(const TileInput& input) {
+  // What a cut or damaged file promises is nothing to go by.
+  const auto require_whole = [](const LasInfo& info) {
+    if (!info.data_problem.empty()) throw InputError(info.path.string(), info.data_problem);
+  };
   LasOpenOptions open;
   open.crs_override = input.crs;
   const LasInfo tile = read_las_info(input.tile, open);
+  require_whole(tile);
   const Box2d window = tile.bounds.plan().grown(input.halo_m);
   auto total = static_cast<double>(tile.point_count);
   for (const LasInfo& info : open_neighbours(input, tile)) {
     const Box2d box = info.bounds.plan();
     if (!box.intersects(window)) continue;
+    require_whole(info);
     const double width = std::min(box.max_x, window.max_x) - std::max(box.min_x, window.min_x);
     const double height = std::min(box.max_y, window.max_y) - std::max(box.min_y, window.min_y);
     const double share = width * height / std::max(box.width() * box.height(), 1e-9);

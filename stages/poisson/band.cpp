@@ -15,7 +15,6 @@ namespace {
 
 /// Beyond its window a tile looks at this many nodes more: for welds and for normals.
 constexpr std::int32_t kRim = 2;
-constexpr std::int32_t kFarthestNode = 1 << 27;
 
 using Column = std::pair<std::int32_t, std::int32_t>;
 
@@ -94,7 +93,7 @@ void check_pair(const TileField& a, const TileField& b, const std::string& a_nam
 LatticeBox lattice_box(const Box2d& tile, const Lattice& lattice) {
   const auto plane = [&](double metres) {
     const double node = std::round(metres / lattice.step_m);
-    if (!(std::abs(node) < kFarthestNode)) {
+    if (!(std::abs(node) < kFarthestTileNode)) {
       throw UsageError("--tile", "lies " + std::to_string(metres) +
                                      " m from 0, which is more than 2^27 lattice steps");
     }

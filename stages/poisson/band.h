@@ -38,6 +38,9 @@ struct TileField {
   std::int32_t z0 = kLowestNode, z1 = kHighestNode;
 };
 
+/// Tiles lie within so many lattice steps of 0.
+inline constexpr std::int32_t kFarthestTileNode = 1 << 27;
+
 /// The lattice planes next to the tile's borders. Tiles with a common border get the same plane.
 /// Throws UsageError where the tile is thinner than a step or farther than 2^27 steps from 0.
 LatticeBox lattice_box(const Box2d& tile, const Lattice& lattice);

@@ -14,6 +14,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/base/input_file.h"
 #include "core/base/write_problem.h"
 
 namespace cornice {
@@ -66,10 +67,10 @@ class Checksum {
 class Input {
  public:
   explicit Input(const std::filesystem::path& path) : name_(path.string()) {
-    std::error_code error;
-    size_ = std::filesystem::file_size(path, error);
+    check_input_file(path);
+    size_ = std::filesystem::file_size(path);
     stream_.open(path, std::ios::binary);
-    if (error || !stream_) fail("cannot be read: " + std::generic_category().message(errno));
+    if (!stream_) fail("cannot be read: " + std::generic_category().message(errno));
   }
   std::uint64_t size() const { return size_; }
   void read(void* to, std::size_t count) {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/base/atomic_file.h"
+#include "core/base/input_file.h"
 #include "core/io/ply.h"
 #include "stages/poisson/band_file.h"
 
@@ -58,6 +59,13 @@ Box2d tile_of(const Command& command, const OrientedPoints& points) {
   }
   // Outwards to whole steps, so that a point on the edge is inside.
   const double step = command.solve.lattice.step_m;
+  for (const double metres : {box.min_x, box.min_y, box.max_x, box.max_y}) {
+    if (std::abs(metres) < (kFarthestTileNode - 1) * step) continue;
+    throw InputError(command.points.string(),
+                     "has a point " + std::to_string(metres) +
+                         " m from 0, more than 2^27 lattice steps, so its coordinates are "
+                         "damaged; make it again, or give the tile with --tile");
+  }
   return {std::floor(box.min_x / step) * step, std::floor(box.min_y / step) * step,
           std::floor(box.max_x / step + 1) * step, std::floor(box.max_y / step + 1) * step};
 }
@@ -191,6 +199,7 @@ std::vector<std::filesystem::path> band_paths(const Command& command) {
   if (!command.neighbours.empty()) {
     throw UsageError("--tiles", "and --neighbours say the same; give one of them");
   }
+  check_input_file(command.tile_list);
   std::ifstream stream(command.tile_list);
   if (!stream) throw InputError(command.tile_list.string(), "cannot be read");
   std::vector<std::filesystem::path> paths;
@@ -269,8 +278,7 @@ void run_extract(Command& command, StageContext& context) {
     throw UsageError("--margin-m", "is for tiles without neighbours; leave it out");
   }
   report.add_input(command.field);
-  std::error_code error;
-  context.memory.charge("the field", 2 * std::filesystem::file_size(command.field, error));
+  context.memory.charge("the field", 2 * std::filesystem::file_size(command.field));
   TileField own;
   Neighbours neighbours;
   report.step("read field", [&] {

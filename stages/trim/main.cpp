@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // cornice-trim: a reconstructed mesh in, the part of it that measurements support out.
 #include <algorithm>
+#include <functional>
 
 #include "core/base/error.h"
 #include "core/cli/stage.h"
@@ -40,6 +41,15 @@ std::vector<std::uint8_t> on_model(const trim::Command& command, const Mesh& mes
   return held;
 }
 
+/// Runs what does not know its file's name, and puts the name to its errors.
+void of_file(const std::filesystem::path& file, const std::function<void()>& body) {
+  try {
+    body();
+  } catch (const InputError& error) {
+    throw InputError(file.string(), error.problem());
+  }
+}
+
 void run(trim::Command& command, StageContext& context) {
   Report& report = context.report;
   command.options.threads = context.options.threads;
@@ -52,18 +62,17 @@ void run(trim::Command& command, StageContext& context) {
   Mesh mesh;
   report.step("read", [&] { mesh = read_ply_mesh(command.mesh); });
   const std::vector<std::uint8_t> held = on_model(command, mesh, context);
-  trim::Result result;
-  try {
-    if (!command.points.empty()) {
-      report.step("support", [&] {
-        trim::add_support(mesh, read_ply_points(command.points), context.options.threads);
-      });
-    }
-    report.step("trim",
-                [&] { result = trim::trim(mesh, command.options, held, context.progress); });
-  } catch (const InputError& error) {
-    throw InputError(command.mesh.string(), error.problem());
+  if (!command.points.empty()) {
+    report.step("support", [&] {
+      const OrientedPoints points = read_ply_points(command.points);
+      of_file(command.points, [&] { trim::add_support(mesh, points, context.options.threads); });
+    });
   }
+  trim::Result result;
+  report.step("trim", [&] {
+    of_file(command.mesh,
+            [&] { result = trim::trim(mesh, command.options, held, context.progress); });
+  });
   trim::report_counts(result.counts, result.mesh, report);
   report.step("write", [&] { write_ply(command.output, result.mesh); });
 }

@@ -4,6 +4,7 @@ if(CORNICE_BUILD_FUZZ)
   add_executable(
     fuzz-ply fuzz/ply_fuzz.cpp "${PROJECT_SOURCE_DIR}/core/io/ply_header.cpp"
              "${PROJECT_SOURCE_DIR}/core/io/ply_reader.cpp"
+             "${PROJECT_SOURCE_DIR}/core/io/ply_records.cpp"
              "${PROJECT_SOURCE_DIR}/core/io/ply_stream.cpp")
   cornice_configure(fuzz-ply)
   target_compile_options(fuzz-ply PRIVATE -g -fsanitize=fuzzer,address,undefined

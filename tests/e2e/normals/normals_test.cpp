@@ -179,6 +179,20 @@ TEST_F(NormalsOfACliff, RefuseANeighbourInAnotherCoordinateSystem) {
   EXPECT_NE(run.err.find("coordinate system"), std::string::npos) << run.err;
 }
 
+TEST_F(NormalsOfACliff, RefuseATileThatHoldsFewerPointsThanItPromises) {
+  std::string bytes = test::read_text(tile(0));
+  ASSERT_EQ(bytes[25], 2) << "LAS 1.2 has the number of points in bytes 107 to 110";
+  bytes[110] = static_cast<char>(0xf0);
+  const fs::path file = output("promises.laz");
+  test::write_text(file, bytes);
+  const ProcessResult run =
+      run_normals({file.string(), "--flightlines", lines(), "-o", output("never.ply").string()});
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_NE(run.err.find(file.string() + ": is cut short: the header announces 40"),
+            std::string::npos)
+      << run.err;
+}
+
 TEST(NormalsOfARealCliff, AreSettledAndFaceTheBeams) {
   const fs::path tile = kData / "ign_mnx" / "corse.laz";
   if (!fs::exists(tile)) GTEST_SKIP() << "the folder of real data is not there";

@@ -264,6 +264,12 @@ TEST_F(PoissonCommand, DegenerateInputIsAnErrorOrASurfaceButNeverACrash) {
                                      "--tile", tile_text(0, 0, 10, 10)});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_NE(run.err.find("outside tile and halo 2"), std::string::npos) << run.err;
+  // Without --tile they would be the tile's corner.
+  const ProcessResult boundless = poisson({"mesh", file("far.ply"), "-o", file("no tile.ply")});
+  EXPECT_EQ(boundless.exit_code, 3);
+  EXPECT_NE(boundless.err.find(file("far.ply") + ": has a point 1000000"), std::string::npos)
+      << boundless.err;
+  EXPECT_NE(boundless.err.find("give the tile with --tile"), std::string::npos) << boundless.err;
 }
 
 TEST_F(PoissonCommand, NormalsThatAreNoNumbersAreRefusedOrLeftOut) {

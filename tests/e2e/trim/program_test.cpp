@@ -189,7 +189,9 @@ TEST_F(TrimProgram, RefusesBadInputAndBadOptionsInOneLineEach) {
   bare.float_properties.clear();
   expect_error(with({write("bare.ply", bare)}), 3, "support");
   write_ply(folder_ / "none.ply", OrientedPoints{});
-  expect_error(with({in, "--points", file("none.ply")}), 3, "no points");
+  expect_error(with({in, "--points", file("none.ply")}), 3, file("none.ply") + ": there are no");
+  // The mesh is not to blame for damaged points.
+  expect_error(with({in, "--points", file("cut.ply")}), 3, file("cut.ply") + ": its points");
   expect_error(with({file("missing.ply")}), 3, "missing.ply");
   expect_error(with({in, "--min-support", "3", "--max-support", "2"}), 2, "--max-support");
   expect_error(with({in, "--bridge", "-1"}), 2, "--bridge");

@@ -116,8 +116,10 @@ TEST_F(LinesFiles, AreRefusedWithOneClearLineWhereTheyAreSomethingElse) {
     }
     return "";
   };
-  EXPECT_NE(problem(folder_ / "none.json").find("cannot be opened"), std::string::npos);
-  EXPECT_NE(problem(folder_ / "none.gpkg").find("GeoPackage"), std::string::npos);
+  EXPECT_NE(problem(folder_ / "none.json").find("check the path"), std::string::npos);
+  EXPECT_NE(problem(folder_ / "none.gpkg").find("check the path"), std::string::npos);
+  std::ofstream(folder_ / "empty.gpkg");
+  EXPECT_NE(problem(folder_ / "empty.gpkg").find("GeoPackage"), std::string::npos);
   EXPECT_NE(problem(folder_ / "lines.txt").find(".json or .gpkg"), std::string::npos);
   std::ofstream(folder_ / "other.json") << "{\"format\": \"else\"}";
   EXPECT_NE(problem(folder_ / "other.json").find("not flight lines"), std::string::npos);

@@ -179,7 +179,7 @@ TEST(HlodFile, RefusesWhatIsNoHierarchy) {
   write_text(folder / "a.hlod", "");
   EXPECT_THAT(problem_of(folder / "a.hlod"), HasSubstr("is no .hlod file"));
   EXPECT_THAT(problem_of(folder / "none.hlod"), HasSubstr("No such file"));
-  EXPECT_THAT(problem_of(folder.path()), HasSubstr("is not a file"));
+  EXPECT_THAT(problem_of(folder.path()), HasSubstr("is a folder, not a file"));
 }
 
 TEST(HlodFile, RefusesANewerVersionAndTheOtherByteOrder) {

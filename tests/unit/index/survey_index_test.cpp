@@ -133,6 +133,13 @@ TEST(SurveyIndex, RefusesDegrees) {
                InputError);
 }
 
+TEST(SurveyIndex, RefusesANameThatItsJsonCouldNotHold) {
+  const TemporaryFolder folder;
+  const fs::path tile = made_tile(folder / "a.laz", 600000, 200000, 100.0);
+  fs::rename(tile, folder / "Gr\xf6\xdf.laz");
+  EXPECT_THROW(index_survey({folder / "Gr\xf6\xdf.laz"}, {}), InputError);
+}
+
 TEST(SurveyIndex, DoesNotDependOnTheOrderOfTheFiles) {
   const TemporaryFolder folder;
   std::vector<fs::path> files;
