@@ -24,6 +24,8 @@ class CameraMoves {
 
   /// Once a frame, which took so long.
   void see(const Camera& camera, double seconds);
+  /// True once what was seen last has been at rest.
+  bool is_at_rest() const { return is_kept_; }
   /// A hand takes hold of the camera: what came before was a move of its own, rest or not.
   void begin(const Camera& camera) { jump(camera); }
   /// The camera jumped: a move of its own.

@@ -31,6 +31,8 @@ class Pilot {
   bool walks() const { return controls_.walks; }
   double speed() const { return controls_.speed(); }
   bool is_playing() const { return path_.is_playing(); }
+  /// True where steps without input leave the camera as it is and all moves are remembered.
+  bool is_at_rest() const { return !path_.is_playing() && moves_.is_at_rest(); }
 
   /// One frame. A path that plays stops where hands take hold of the camera.
   void step(const ControlInput& input, const Surroundings& around);

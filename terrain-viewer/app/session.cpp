@@ -10,6 +10,16 @@ namespace {
 
 constexpr Colour kBlack{0, 0, 0};
 
+/// Layers go to their levels by a share of the way that grows with the time of a frame, in whole
+/// numbers: short frames end before they are there. A frame of so long goes more than half of the
+/// way, and so arrives.
+constexpr double kArrivingS = 0.25;
+
+bool is_same_view(const LayerView& a, const LayerView& b) {
+  return a.camera == b.camera && a.width == b.width && a.height == b.height &&
+         a.error_pixels == b.error_pixels && a.triangle_budget == b.triangle_budget;
+}
+
 /// What a hierarchy must hold for a shading, and its name.
 struct Needed {
   std::uint32_t bits = 0;
@@ -127,7 +137,7 @@ void Session::choose(const LayerView& view, FrameCounts& counts) {
         layers_[i]->settle(view, cells_, frame_);
     }
     counts.missing += layers_[i]->counts().cells_missing;
-    counts.uploaded_bytes += layers_[i]->counts().uploaded_bytes;
+    if (!is_frozen_) counts.uploaded_bytes += layers_[i]->counts().uploaded_bytes;
   }
   counts.is_settled = counts.missing == 0;
   update_drape(view, counts);
@@ -183,7 +193,27 @@ void Session::heed_budget(double choose_ms, double seconds, FrameCounts& counts)
   while (const auto ms = timer_.take()) gpu_ms_ = *ms;
   counts.draw_ms = std::max(choose_ms, gpu_ms_);
   budget_.set_target_ms(options_.frame_ms);
-  if (seconds > 0.0 && !is_frozen_) budget_.add(counts.draw_ms, seconds);
+  const bool is_after_pause = std::exchange(is_after_pause_, false);
+  if (seconds > 0.0 && !is_frozen_ && !is_after_pause) budget_.add(counts.draw_ms, seconds);
+}
+
+/// Whether this frame differs from the one before, or the next may from this one.
+bool Session::changes(const LayerView& view, const Split& split, const FrameCounts& counts) {
+  std::vector<double> look{double(style_.shading), style_.has_edges ? 1.0 : 0.0, double(cover()),
+                           double(split.kind), is_frozen_ ? 1.0 : 0.0};
+  bool waits = counts.uploaded_bytes > 0 || counts.drape.tiles_missing > 0;
+  for (std::size_t i = 0; i < layers_.size(); ++i) {
+    if (!looks_[i].is_visible) continue;
+    const Layer& layer = *layers_[i];
+    waits |=
+        !is_frozen_ && layer.counts().cells_missing > 0 && layer.counts().store.cells_waiting > 0;
+    look.insert(look.end(), {double(i), layer.counts().share});
+    for (const hlod::MorphBand& band : layer.list().bands) look.push_back(band.end);
+  }
+  const bool is_same = is_same_view(view, drawn_view_) && look == drawn_look_;
+  drawn_view_ = view;
+  drawn_look_ = std::move(look);
+  return waits || !is_same;
 }
 
 FrameCounts Session::draw(GLuint framebuffer, int width, int height, const Camera& camera,
@@ -204,13 +234,18 @@ FrameCounts Session::draw(GLuint framebuffer, int width, int height, const Camer
   view.triangle_budget = static_cast<std::uint64_t>(options_.triangle_budget_m * 1e6);
   view.seconds = seconds;
   view.velocity = velocity;
+  const bool arrives = came_to_rest_ && is_same_view(view, drawn_view_);
+  if (arrives && seconds > 0.0) view.seconds = std::max(seconds, kArrivingS);
   counts.error_pixels = view.error_pixels;
   choose(view, counts);
   counts.select_ms = milliseconds();
   timer_.begin();
   draw_panes(framebuffer, view, split, counts);
   timer_.end();
+  came_to_rest_ = !changes(view, split, counts);
+  if (!came_to_rest_) budget_.look_anew();
   heed_budget(milliseconds(), seconds, counts);
+  counts.is_still = came_to_rest_ && arrives && (is_frozen_ || budget_.is_settled());
   return counts;
 }
 

@@ -48,6 +48,9 @@ struct FrameCounts {
   double overdraw = 0.0;      ///< fragments per pixel drawn, in the shading of that name
   std::uint64_t uploaded_bytes = 0;
   bool is_settled = true;  ///< nothing that the view needs is missing
+  /// The same view again would be the same picture, however much time passes. What is missing does
+  /// not come for now.
+  bool is_still = false;
 };
 
 /// For the thread of the context, which must be current.
@@ -96,6 +99,9 @@ class Session {
   /// Draws into a framebuffer. seconds since the frame before; 0: waits for all that it needs.
   FrameCounts draw(GLuint framebuffer, int width, int height, const Camera& camera, double seconds,
                    Vec3d velocity, const Split& split = {});
+  /// The next frame does not follow the one before at once. GPUs slow down meanwhile: what it takes
+  /// says nothing about the detail that there is time for.
+  void pause() { is_after_pause_ = true; }
   /// Of the layer that has most.
   int level_count() const;
   /// One line that names visible layers without the values that the shading paints, which are drawn
@@ -114,6 +120,7 @@ class Session {
   void draw_panes(GLuint framebuffer, const LayerView& view, const Split& split,
                   FrameCounts& counts);
   void heed_budget(double choose_ms, double seconds, FrameCounts& counts);
+  bool changes(const LayerView& view, const Split& split, const FrameCounts& counts);
   Drape* shown_drape() const;
   void update_drape(const LayerView& view, FrameCounts& counts);
 
@@ -131,6 +138,10 @@ class Session {
   FrameBudget budget_;
   double gpu_ms_ = 0.0;
   bool is_frozen_ = false;
+  LayerView drawn_view_;            ///< of the frame before
+  std::vector<double> drawn_look_;  ///< likewise: levels, shading, what else a picture depends on
+  bool came_to_rest_ = false;       ///< the frame before changed nothing
+  bool is_after_pause_ = false;
   std::uint64_t frame_ = 0;
 };
 

@@ -2,10 +2,13 @@
 #include "terrain-viewer/app/welcome.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <string>
 #include <utility>
 
+#include "core/cli/log.h"
 #include "terrain-viewer/app/dropped_files.h"
+#include "terrain-viewer/app/frame_pacer.h"
 
 namespace cornice::viewer {
 namespace {
@@ -62,6 +65,33 @@ void draw_frame(GLFWwindow* window, const std::string& problem) {
   glfwSwapBuffers(window);
 }
 
+/// What the window was asked for while it waited.
+struct Asked {
+  std::vector<fs::path> paths;
+  bool is_news = false;
+};
+
+Asked& asked_of(GLFWwindow* window) {
+  return *static_cast<Asked*>(glfwGetWindowUserPointer(window));
+}
+
+void listen(GLFWwindow* window, Asked& asked) {
+  glfwSetWindowUserPointer(window, &asked);
+  glfwSetDropCallback(window, [](GLFWwindow* w, int count, const char** names) {
+    asked_of(w) = {{names, names + count}, true};
+  });
+  glfwSetWindowRefreshCallback(window, [](GLFWwindow* w) { asked_of(w).is_news = true; });
+  glfwSetFramebufferSizeCallback(window,
+                                 [](GLFWwindow* w, int, int) { asked_of(w).is_news = true; });
+}
+
+void listen_no_more(GLFWwindow* window) {
+  glfwSetDropCallback(window, nullptr);
+  glfwSetWindowRefreshCallback(window, nullptr);
+  glfwSetFramebufferSizeCallback(window, nullptr);
+  glfwSetWindowUserPointer(window, nullptr);
+}
+
 bool wants_to_end(GLFWwindow* window) {
   const bool has_control = glfwGetKey(window, GLFW_KEY_LEFT_CONTROL) == GLFW_PRESS ||
                            glfwGetKey(window, GLFW_KEY_RIGHT_CONTROL) == GLFW_PRESS;
@@ -76,18 +106,25 @@ std::vector<fs::path> ask_for_files(WindowSystem& window, const Progress& progre
   // Between two looks at whether the process is told to end.
   constexpr double kWaitS = 0.1;
   Dropped dropped{{}, problem};
-  std::vector<fs::path> paths;
-  glfwSetWindowUserPointer(window.get(), &paths);
-  glfwSetDropCallback(window.get(), [](GLFWwindow* w, int count, const char** names) {
-    static_cast<std::vector<fs::path>*>(glfwGetWindowUserPointer(w))->assign(names, names + count);
-  });
+  Asked asked;
+  FramePacer pacer(glfwGetTime());
+  listen(window.get(), asked);
+  std::uint64_t frames = 0;
   while (dropped.files.empty() && !wants_to_end(window.get()) && !progress.cancelled()) {
-    draw_frame(window.get(), dropped.problem);
-    glfwWaitEventsTimeout(kWaitS);
-    take(dropped, std::exchange(paths, {}));
+    if (pacer.next(glfwGetTime())) {
+      draw_frame(window.get(), dropped.problem);
+      pacer.drawn(false, false);
+      ++frames;
+      if (!pacer.is_awake()) log_debug("waits after " + std::to_string(frames) + " frames");
+    }
+    if (pacer.is_awake())
+      glfwPollEvents();
+    else
+      glfwWaitEventsTimeout(kWaitS);
+    if (std::exchange(asked.is_news, false)) pacer.wake();
+    take(dropped, std::exchange(asked.paths, {}));
   }
-  glfwSetDropCallback(window.get(), nullptr);
-  glfwSetWindowUserPointer(window.get(), nullptr);
+  listen_no_more(window.get());
   return std::move(dropped.files);
 }
 

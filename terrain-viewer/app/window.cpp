@@ -2,7 +2,6 @@
 #include "terrain-viewer/app/window.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <memory>
 #include <new>
@@ -11,8 +10,10 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/cli/log.h"
 #include "terrain-viewer/app/dropped_files.h"
 #include "terrain-viewer/app/failure_log.h"
+#include "terrain-viewer/app/frame_pacer.h"
 #include "terrain-viewer/app/key_actions.h"
 #include "terrain-viewer/app/look_actions.h"
 #include "terrain-viewer/app/new_file.h"
@@ -52,9 +53,10 @@ class WindowApp {
         settings_(std::move(settings.settings)),
         window_(window),
         session_(options),
-        input_(window.get()),
         read_out_(session_.layers().front()->file().header().crs_text),
-        pilot_(first_pilot()) {
+        pilot_(first_pilot()),
+        input_(window.get()),
+        pacer_(glfwGetTime()) {
     if (auto second = window_.second()) session_.make_room_ahead(std::move(second));
     panels_.message =
         settings.problem.empty() ? "F1 lists what keys and the mouse do" : settings.problem;
@@ -66,15 +68,10 @@ class WindowApp {
   }
 
   void run() {
-    auto last = std::chrono::steady_clock::now();
     try {
       while (glfwWindowShouldClose(window_.get()) == GLFW_FALSE && !progress_.cancelled()) {
-        glfwPollEvents();
-        const auto now = std::chrono::steady_clock::now();
-        const double seconds =
-            std::clamp(std::chrono::duration<double>(now - last).count(), 1e-4, 0.25);
-        last = now;
-        frame(seconds);
+        take_news();
+        if (const auto next = pacer_.next(glfwGetTime()); next && !is_hidden()) frame(*next);
       }
     } catch (...) {
       // Bookmarks outlive what ends the window.
@@ -108,13 +105,30 @@ class WindowApp {
     if (!message.empty()) panels_.message = std::move(message);
   }
 
-  void frame(double seconds) {
+  bool is_hidden() {
     glfwGetFramebufferSize(window_.get(), &width_, &height_);
-    const bool is_hidden = glfwGetWindowAttrib(window_.get(), GLFW_ICONIFIED) != GLFW_FALSE;
-    if (is_hidden || width_ < 1 || height_ < 1) {
-      // Nothing is to be drawn, and no display slows the loop down.
-      glfwWaitEventsTimeout(kHiddenS);
-      return;
+    return glfwGetWindowAttrib(window_.get(), GLFW_ICONIFIED) != GLFW_FALSE || width_ < 1 ||
+           height_ < 1;
+  }
+
+  /// Looks what has happened; where nothing is to be drawn, once something has or some time later.
+  void take_news() {
+    if (is_hidden()) pacer_.hide();
+    if (pacer_.is_awake() && !is_hidden())
+      glfwPollEvents();
+    else
+      glfwWaitEventsTimeout(
+          pacer_.wait_s(glfwGetTime(), input_.has_pads() ? FramePacer::kFirstFrameS : kLookS));
+    ControlInput pads;
+    add_pads(pads);
+    if (input_.take_news() || asks_to_move(pads)) pacer_.wake();
+  }
+
+  void frame(const FramePacer::Frame& paced) {
+    const double seconds = paced.seconds;
+    if (paced.is_after_pause) {
+      session_.pause();
+      log_debug("draws again");
     }
     if (!canvas_ || canvas_->drawn.width() != width_ || canvas_->drawn.height() != height_)
       canvas_ = std::make_unique<Canvas>(width_, height_, options_.samples);
@@ -125,17 +139,24 @@ class WindowApp {
     const Vec3d before = pilot_.camera().eye;
     const Surroundings around = surroundings();
     pilot_.step(read_input(seconds), around);
-    draw(seconds, (pilot_.camera().eye - before) / seconds);
+    const FrameCounts counts = draw(paced, (pilot_.camera().eye - before) / seconds);
     tell_failures();
     glfwSwapBuffers(window_.get());
-    panels_.frame_ms[panels_.frame_at] = static_cast<float>(seconds * 1000.0);
-    panels_.frame_at = (panels_.frame_at + 1) % panels_.frame_ms.size();
     ++frames_;
+    if (!paced.is_after_pause) {
+      panels_.frame_ms[panels_.frame_at] = static_cast<float>(seconds * 1000.0);
+      panels_.frame_at = (panels_.frame_at + 1) % panels_.frame_ms.size();
+    }
+    const bool moves = !counts.is_still || !pilot_.is_at_rest() || input_.has_more();
+    // What is missing may still come; text that is entered has a cursor that blinks.
+    pacer_.drawn(moves, panels_.shows_frames || !counts.is_settled || ImGui::GetIO().WantTextInput);
+    if (!pacer_.is_awake()) log_debug("waits after " + std::to_string(frames_) + " frames");
   }
 
   void tell_failures() {
     const std::vector<std::string> failures = session_.take_failures();
     if (failures.empty()) return;
+    pacer_.wake();
     for (const std::string& failure : failures_.add(failures))
       report_.warn(failure + "; what is coarser is drawn instead");
     panels_.message = failures_.line();
@@ -146,11 +167,11 @@ class WindowApp {
     return {panels_.split, panels_.line.share * width};
   }
 
-  void draw(double seconds, Vec3d velocity) {
+  FrameCounts draw(const FramePacer::Frame& paced, Vec3d velocity) {
     const Split split = split_of(width_);
     pane_width_ = pane_width(width_, split);
     const FrameCounts counts = session_.draw(canvas_->drawn.framebuffer(), width_, height_,
-                                             pilot_.camera(), seconds, velocity, split);
+                                             pilot_.camera(), paced.seconds, velocity, split);
     glBlitNamedFramebuffer(canvas_->drawn.framebuffer(), canvas_->shown.framebuffer(), 0, 0, width_,
                            height_, 0, 0, width_, height_,
                            GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT, GL_NEAREST);
@@ -159,7 +180,7 @@ class WindowApp {
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     glBlitNamedFramebuffer(canvas_->shown.framebuffer(), 0, 0, 0, width_, height_, 0, 0, width_,
                            height_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
-    tell_panels(counts, seconds);
+    tell_panels(counts, paced.since_last_s);
     const ImVec2 size = ImGui::GetIO().DisplaySize;
     const PanelResult result = draw_panels(
         panels_, session_, pilot_.camera(), static_cast<int>(size.x), static_cast<int>(size.y),
@@ -169,6 +190,7 @@ class WindowApp {
     ImGui::Render();
     glDisable(GL_DEPTH_TEST);
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+    return counts;
   }
 
   void tell_panels(const FrameCounts& counts, double seconds) {
@@ -380,7 +402,8 @@ class WindowApp {
     }
   }
 
-  static constexpr double kHiddenS = 0.1;  ///< between looks at a window that is not seen
+  /// Between looks at whether the process is told to end or the window is seen again.
+  static constexpr double kLookS = 0.1;
 
   const Options& options_;
   Report& report_;
@@ -389,10 +412,11 @@ class WindowApp {
   WindowSystem& window_;
   Session session_;
   std::unique_ptr<Canvas> canvas_;
-  WindowInput input_;
   ReadOut read_out_;
   int width_ = 0, height_ = 0, pane_width_ = 0;
-  Pilot pilot_;  ///< after the sizes that it starts with
+  Pilot pilot_;        ///< after the sizes that it starts with
+  WindowInput input_;  ///< after all that fails on a file that is no good
+  FramePacer pacer_;
   Camera drawn_camera_;
   PanelState panels_;
   FailureLog failures_;

@@ -14,10 +14,19 @@ WindowInput::WindowInput(GLFWwindow* window) : window_(window) {
   glfwSetWindowUserPointer(window, this);
   listen_to_keys();
   listen_to_mouse();
+  listen_to_window();
+}
+
+void WindowInput::listen_to_window() {
   // An exception may not go through GLFW: files are opened in the frame.
-  glfwSetDropCallback(window, [](GLFWwindow* w, int count, const char** paths) {
+  glfwSetDropCallback(window_, [](GLFWwindow* w, int count, const char** paths) {
     of(w).dropped_.insert(of(w).dropped_.end(), paths, paths + count);
+    of(w).has_news_ = true;
   });
+  glfwSetWindowRefreshCallback(window_, [](GLFWwindow* w) { of(w).has_news_ = true; });
+  glfwSetFramebufferSizeCallback(window_, [](GLFWwindow* w, int, int) { of(w).has_news_ = true; });
+  glfwSetWindowContentScaleCallback(window_,
+                                    [](GLFWwindow* w, float, float) { of(w).has_news_ = true; });
 }
 
 void WindowInput::listen_to_keys() {
@@ -64,6 +73,12 @@ void WindowInput::listen_to_mouse() {
 void WindowInput::happened(InputEvent event) {
   event.time_s = glfwGetTime();
   events_.add(event, frame_s_);
+  has_news_ = true;
+}
+
+bool WindowInput::has_more() const {
+  return !events_.empty() || waiting_frames_ > 0 || !down_.empty() ||
+         std::find(buttons_.begin(), buttons_.end(), true) != buttons_.end();
 }
 
 void WindowInput::begin_frame(double seconds) {
@@ -131,6 +146,12 @@ void WindowInput::tell_pointer() {
 std::array<double, 2> WindowInput::pointer() const {
   const double scale = pixels_per_unit(window_);
   return {pointer_[0] * scale, pointer_[1] * scale};
+}
+
+bool WindowInput::has_pads() const {
+  for (int joystick = GLFW_JOYSTICK_1; joystick <= GLFW_JOYSTICK_LAST; ++joystick)
+    if (glfwJoystickIsGamepad(joystick) == GLFW_TRUE) return true;
+  return false;
 }
 
 PadMove WindowInput::pads() const {

@@ -40,6 +40,13 @@ class WindowInput {
   std::array<double, 2> pointer() const;
   /// What all gamepads that are plugged in ask for; nothing while another window has the focus.
   PadMove pads() const;
+  /// True where such a pad is plugged in: pads do not wake who waits for events.
+  bool has_pads() const;
+  /// True where the window was asked to do or to show something since the last call.
+  bool take_news() { return std::exchange(has_news_, false); }
+  /// True where the next frame is to see what this one did not: events that wait, keys and buttons
+  /// that are held.
+  bool has_more() const;
   /// Files dropped since the last call.
   std::vector<std::filesystem::path> take_dropped() { return std::exchange(dropped_, {}); }
 
@@ -49,6 +56,7 @@ class WindowInput {
   }
   void listen_to_keys();
   void listen_to_mouse();
+  void listen_to_window();
   void happened(InputEvent event);
   void take_events();
   void take_key(const InputEvent& event);
@@ -62,6 +70,7 @@ class WindowInput {
   std::array<double, 2> latest_{};   ///< as the latest event said
   std::array<bool, 3> buttons_{};    ///< left, right, middle
   bool is_double_click_ = false;
+  bool has_news_ = false;
   int waiting_frames_ = 0;  ///< in which no event is taken
   double frame_s_ = 0.0;
   GLFWcursorposfun move_of_imgui_ = nullptr;

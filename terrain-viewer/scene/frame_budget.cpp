@@ -24,6 +24,7 @@ void FrameBudget::set_target_ms(double target_ms) {
   target_ms_ = target_ms;
   window_ms_.clear();
   window_s_ = 0.0;
+  judged_ = 0;
   if (!(target_ms > 0.0)) share_ = 1.0;
 }
 
@@ -41,6 +42,7 @@ double FrameBudget::add(double draw_ms, double seconds) {
   // Triangles, and with them time, grow at most with the square of the distances.
   const double aim = 0.5 * (1.0 + kComfort) * target_ms_;
   const double factor = std::sqrt(aim / median);
+  ++judged_;
   if (median > target_ms_)
     move_to(share_ * std::max(factor, kLargestFall));
   else if (median < kComfort * target_ms_)
@@ -52,7 +54,9 @@ double FrameBudget::add(double draw_ms, double seconds) {
 
 void FrameBudget::move_to(double share) {
   share = std::clamp(share, kLeast, 1.0);
-  if (share != share_) since_change_s_ = 0.0;
+  if (share == share_) return;
+  since_change_s_ = 0.0;
+  judged_ = 0;
   share_ = share;
 }
 

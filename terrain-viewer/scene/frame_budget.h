@@ -18,6 +18,10 @@ class FrameBudget {
   /// A frame took draw_ms to choose and to draw, without waiting for the display; seconds since the
   /// one before. Returns share().
   double add(double draw_ms, double seconds);
+  /// What is drawn has changed: frames are to be timed again.
+  void look_anew() { judged_ = 0; }
+  /// True once frames of what is drawn now have asked for no change, and without a target.
+  bool is_settled() const { return !(target_ms_ > 0.0) || judged_ >= kEnoughJudged; }
   /// Of the detail that the error on the screen asks for, kLeast..1: distances at which levels
   /// change are to be this times as large, the error on the screen 1 / share.
   double share() const { return share_; }
@@ -26,6 +30,9 @@ class FrameBudget {
   static constexpr double kComfort = 0.75;
 
  private:
+  /// The second window in a row is wholly of what is drawn now.
+  static constexpr int kEnoughJudged = 2;
+
   void move_to(double share);
 
   double target_ms_ = 0.0;
@@ -33,6 +40,7 @@ class FrameBudget {
   double since_change_s_ = 0.0;
   double window_s_ = 0.0;
   std::vector<double> window_ms_;
+  int judged_ = 0;  ///< windows in a row that asked for no change
 };
 
 }  // namespace cornice::viewer

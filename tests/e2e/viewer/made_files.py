@@ -48,6 +48,24 @@ def write_differences(path):
                    "NODATA_value -9999\n" + (row + "\n") * 21)
 
 
+def pixels_of_png(path):
+    """Its rows, three bytes for each pixel."""
+    width, height, step, data = read_png(path)
+    rows, above = [], bytes(step * width)
+    for y in range(height):
+        at = y * (step * width + 1)
+        kind, row = data[at], bytearray(data[at + 1:at + 1 + step * width])
+        for i in range(step * width):
+            left = row[i - step] if i >= step else 0
+            corner = above[i - step] if i >= step else 0
+            # By their closeness to the plane through all three, the left one first.
+            nearest = min((left, above[i], corner), key=lambda v: abs(left + above[i] - corner - v))
+            row[i] = (row[i] + (0, left, above[i], (left + above[i]) // 2, nearest)[kind]) & 255
+        above = bytes(row)
+        rows.append(b"".join(above[at:at + 3] for at in range(0, len(above), step)))
+    return rows
+
+
 def read_png(path):
     """(width, height, bytes of a pixel, bytes without the filters' undoing) of a PNG."""
     with open(path, "rb") as file:

@@ -20,7 +20,7 @@ import unittest
 
 import x11
 from display import Display, ground_of, share_changed
-from made_files import read_png, write_differences, write_hills, write_photograph
+from made_files import (pixels_of_png, read_png, write_differences, write_hills, write_photograph)
 
 PROGRAMS = ""
 # Nothing is judged by how long it takes; who waits longer than this waits for what never comes.
@@ -89,9 +89,11 @@ class OnDisplay(Base):
                 to.set_resources(resources)
         home = dict(self.display.environment, HOME=self.place, XDG_CONFIG_HOME=self.place,
                     LIBGL_ALWAYS_SOFTWARE="1")
-        self.viewer = subprocess.Popen(
-            [program("cornice-viewer"), *words, "--size", "640x480", "--samples", "1"],
-            cwd=self.work, env=home, stderr=subprocess.PIPE, text=True)
+        self.log = os.path.join(self.place, "log")
+        with open(self.log, "w", encoding="utf-8") as log:
+            self.viewer = subprocess.Popen(
+                [program("cornice-viewer"), *words, "--size", "640x480", "--samples", "1",
+                 "--log-level", "debug"], cwd=self.work, env=home, stderr=log)
         self.addCleanup(self.end)
         self.window = until(self.find).split()[0]
         # What is pressed before the window has the focus goes elsewhere.
@@ -110,7 +112,27 @@ class OnDisplay(Base):
         if self.viewer.poll() is None:
             self.viewer.kill()
         self.viewer.wait()
-        self.viewer.stderr.close()
+
+    def rest(self, more_than=0):
+        """Waits until it draws no more, after more than so many frames; returns how many."""
+        def frames_at_rest():
+            with open(self.log, encoding="utf-8") as log:
+                said = [line for line in log if "waits after" in line or "draws again" in line]
+            drawn = int(said[-1].split()[-2]) if said and "waits" in said[-1] else 0
+            return drawn if drawn > more_than else None
+        return until(frames_at_rest)
+
+    def processor_s(self):
+        """Processor time that the viewer has taken."""
+        with open(f"/proc/{self.viewer.pid}/stat", encoding="utf-8") as stat:
+            fields = stat.read().rsplit(")", 1)[1].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+    def idles(self):
+        """Whether three seconds pass without a frame, and next to no work."""
+        drawn, taken = self.rest(), self.processor_s()
+        time.sleep(3)
+        return self.rest() == drawn and self.processor_s() - taken < 0.3
 
     def names(self, ending, start="cornice-2"):
         return sorted(name for name in os.listdir(self.work)
@@ -220,6 +242,17 @@ class Window(OnDisplay):
         self.assertEqual(len(camera["eye"]), 3)
         self.assertTrue(all(math.isfinite(value) for value in camera["eye"]))
         self.assertAlmostEqual(camera["eye"][0], 2600100, delta=1000)
+
+    def test_draws_nothing_while_nothing_happens_and_at_once_when_something_does(self):
+        until(self.idles)
+        drawn = self.rest()
+        for happens in ("key", "n"), ("mousemove", "--window", self.window, "300", "200"), \
+                ("click", "2"), ("windowsize", self.window, "600", "500"), \
+                ("windowunmap", self.window, "windowmap", self.window):
+            self.display.do(*happens)
+            drawn = self.rest(drawn)
+            # A window without a frame is black.
+            self.assertGreater(share_changed(bytes(4 * 900 * 700), self.display.pixels()), 0.4)
 
     def test_keys_fly_and_a_drag_turns(self):
         _, first = self.take_picture()
@@ -481,6 +514,7 @@ class OtherWindows(OnDisplay):
 
     def test_without_a_file_says_what_to_do_and_takes_one(self):
         self.open_window()
+        until(self.idles)
         before = self.settled_screen()
         text = os.path.join(self.folder, "note.txt")
         with open(text, "w", encoding="utf-8") as file:
@@ -513,6 +547,33 @@ class OtherWindows(OnDisplay):
         until(lambda: min(self.pixel(450, 100)) > 250)
         self.assertLess(min(self.pixel(320, 100)), 250)
         self.assertEqual(self.camera(), before)
+
+    def test_comes_to_rest_with_the_picture_of_a_run_without_a_window(self):
+        coarse = "--error-pixels", "8"
+        self.open_window(self.file, *coarse)
+        # A motion that ends anywhere, and a size that asks for other levels.
+        self.display.do("keydown", "w")
+        first = self.camera()
+        until(lambda: math.dist(self.camera()["eye"], first["eye"]) > 20.0)
+        self.display.do("keyup", "w")
+        self.camera()
+        for size in (640, 690), (640, 480), (640, 600):
+            drawn = self.rest()
+            self.display.do("windowsize", self.window, *map(str, size))
+            self.rest(drawn)
+            screen = self.display.pixels()
+            alone, camera = (os.path.join(self.place, name) for name in ("alone.png", "at.json"))
+            with open(camera, "w", encoding="utf-8") as file:
+                json.dump(self.camera(), file)
+            drawn = run(program("cornice-viewer"), self.file, "--headless", "-o", alone, "--camera",
+                        camera, "--size", f"{size[0]}x{size[1]}", "--samples", "1", "--overwrite",
+                        *coarse)
+            self.assertEqual(drawn.returncode, 0, drawn.stderr)
+            # Between the panels, above the cursor.
+            for y, row in list(enumerate(pixels_of_png(alone)))[100:290]:
+                at = 4 * (900 * y + 320)
+                shown = bytes(screen[at + 4 * x + colour] for x in range(280) for colour in (2, 1, 0))
+                self.assertEqual(shown, row[3 * 320:3 * 600], f"{size}, row {y}")
 
     def test_the_path_of_the_command_line_is_played(self):
         path = os.path.join(self.folder, "path.json")
