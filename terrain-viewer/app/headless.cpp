@@ -157,9 +157,13 @@ void draw_path(const Options& options, Studio& studio, Report& report, Progress&
     const Camera camera = path.at(time);
     const Vec3d velocity = (path.at(time + step).eye - camera.eye) / step;
     const Picture picture = studio.draw(camera, options.streams ? step : 0.0, velocity, report);
-    write_picture(frame_name(options.output, frame), picture);
+    const std::filesystem::path file = frame_name(options.output, frame);
+    write_picture(file, picture);
     progress.advance(1);
-    check_cancelled(progress);
+    if (!progress.cancelled()) continue;
+    report.warn(std::to_string(frame + 1) + " of " + std::to_string(frames) +
+                " frames are written, the last is " + file.string());
+    throw Cancelled();
   }
   progress.end();
 }

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -269,8 +270,8 @@ TEST_F(Viewer, LeavesWholePicturesAloneWhereAFilmIsStopped) {
       run_process({kViewer, at("hills.hlod"), "--headless", "--no-progress", "--path",
                    at("long.json"), "-o", at("stopped/%05d.png"), "--size", "200x150"},
                   SIGINT, at("stopped/00001.png"));
-  EXPECT_NE(drawn.exit_code, 0);
-  EXPECT_EQ(test::line_count(drawn.err), 1u) << drawn.err;
+  EXPECT_EQ(drawn.exit_code, 128 + SIGINT);
+  EXPECT_EQ(test::line_count(drawn.err), 2u) << drawn.err;
   int pictures = 0;
   for (const auto& entry : std::filesystem::directory_iterator(at("stopped"))) {
     EXPECT_EQ(entry.path().extension(), ".png") << entry.path();
@@ -279,6 +280,13 @@ TEST_F(Viewer, LeavesWholePicturesAloneWhereAFilmIsStopped) {
   }
   EXPECT_GE(pictures, 2);
   EXPECT_LT(pictures, 5001);
+  std::array<char, 16> last{};
+  std::snprintf(last.data(), last.size(), "%05d.png", pictures - 1);
+  EXPECT_TRUE(std::filesystem::exists(at("stopped") + "/" + last.data()));
+  EXPECT_NE(drawn.err.find(std::to_string(pictures) + " of 5001 frames are written, the last is " +
+                           at("stopped/") + last.data() + "\n"),
+            std::string::npos)
+      << drawn.err;
 }
 
 TEST_F(Viewer, MakesTheFolderOfItsPicturesAndLeavesNothingOnAFullDisk) {
