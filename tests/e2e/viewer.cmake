@@ -5,4 +5,4 @@ cornice_test(e2e_viewer e2e/viewer/program_test.cpp
 add_dependencies(test-e2e_viewer cornice-hlod cornice-viewer)
 add_test(NAME e2e.viewer_window COMMAND /usr/bin/python3 -B
          "${PROJECT_SOURCE_DIR}/tests/e2e/viewer/window_test.py" "${CMAKE_BINARY_DIR}/bin")
-set_tests_properties(e2e.viewer_window PROPERTIES TIMEOUT 900)
+set_tests_properties(e2e.viewer_window PROPERTIES TIMEOUT 3600)
