@@ -11,6 +11,7 @@ import resource
 import sys
 import tempfile
 import unittest
+from unittest import mock
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "pipeline" / "scripts"))
@@ -146,12 +147,13 @@ class Report(unittest.TestCase):
             self.assertIn(wanted, asked)
 
     def test_has_each_view_looked_for_once(self):
-        self.view('echo "$@" >> "$0.log"\nwhile [ "$1" != -o ]; do shift; done\n: > "$2"\n')
+        self.view('printf "%s\\t" "$@" >> "$0.log"\necho >> "$0.log"\n'
+                  'while [ "$1" != -o ]; do shift; done\n: > "$2"\n')
         lines = (self.folder / "programs" / "cornice-viewer.log").read_text(
             encoding="utf-8").splitlines()
         known = set()
         for line in lines:
-            words = line.split()
+            words = line.split("\t")
             view = words[words.index("--view") + 1]
             key = "--camera" if view in known else "--save-camera"
             self.assertTrue(words[words.index(key) + 1].endswith(f"pictures/{view}.json"), line)
@@ -177,15 +179,13 @@ class Report(unittest.TestCase):
         self.assertEqual(len(saved), 2, lines)
 
     def test_says_in_one_line_why_there_is_nothing_of_the_viewer(self):
-        sleepless, report.MOST_VIEW_SECONDS = report.MOST_VIEW_SECONDS, 0.2
-        self.addCleanup(setattr, report, "MOST_VIEW_SECONDS", sleepless)
-        for script, reason in (
-                ("", "cornice-viewer does not start (No such file or directory)"),
-                ("exec sleep 600\n", "cornice-viewer took longer than 0.2 s"),
-                ("exit 7\n", "cornice-viewer ended with 7"),
+        for script, reason, patience_s in (
+                ("", "cornice-viewer does not start (No such file or directory)", 300),
+                ("exec sleep 600\n", "cornice-viewer took longer than 0.2 s", 0.2),
+                ("exit 7\n", "cornice-viewer ended with 7", 300),
                 ("echo 'cornice-viewer: error: OpenGL: is older than 4.5' >&2\nexit 1\n",
-                 "OpenGL: is older than 4.5")):
-            with self.subTest(reason):
+                 "OpenGL: is older than 4.5", 300)):
+            with self.subTest(reason), mock.patch.object(report, "MOST_VIEW_SECONDS", patience_s):
                 views, text = self.view(script)
                 self.assertEqual(views, [])
                 self.assertEqual(text.count(f"No pictures by cornice-viewer: {reason}."), 1, text)
