@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <utility>
 
 #include "core/base/error.h"
@@ -135,6 +136,7 @@ std::optional<GpuCell> GpuCells::use(CellId id, std::uint64_t frame) {
     unlink(slot);
     link_as_latest(slot);
   }
+  if (!held.is_whole()) return std::nullopt;
   return held.cell;
 }
 
@@ -176,18 +178,28 @@ std::optional<GpuCells::Place> GpuCells::make_room(const PageSize& size, std::ui
 bool GpuCells::put(CellId id, const PackedCell& cell, std::uint64_t frame,
                    std::vector<CellId>& dropped, Growth growth) {
   if (holds(id)) return true;
-  const PageSize size{cell.words.size() / kWordsPerVertex, cell.indices.size()};
-  std::optional<Place> place = take(size);
-  if (!place) place = make_room(size, frame, growth, dropped);
-  if (!place) return false;
-  const auto write = [](GLuint buffer, std::uint64_t first, std::uint64_t bytes, const void* data) {
-    glNamedBufferSubData(buffer, static_cast<GLintptr>(first), static_cast<GLsizeiptr>(bytes),
-                         data);
-  };
-  write(vertices(place->page), PageSize{place->first_vertex, 0}.bytes(),
-        PageSize{size.vertices, 0}.bytes(), cell.words.data());
-  write(indices(place->page), PageSize{0, place->first_index}.bytes(),
-        PageSize{0, size.indices}.bytes(), cell.indices.data());
+  put_part(id, cell, cell.bytes(), frame, dropped, growth);
+  return holds(id);
+}
+
+std::uint64_t GpuCells::put_part(CellId id, const PackedCell& cell, std::uint64_t most_bytes,
+                                 std::uint64_t frame, std::vector<CellId>& dropped, Growth growth) {
+  std::uint32_t slot = slot_of(id);
+  if (slot == kNone) {
+    const PageSize size{cell.words.size() / kWordsPerVertex, cell.indices.size()};
+    std::optional<Place> place = take(size);
+    if (!place) place = make_room(size, frame, growth, dropped);
+    if (!place) return 0;
+    slot = add_cell(id, cell, *place, frame);
+    look_ahead();
+  } else {
+    use(id, frame);
+  }
+  return write(held_[slot], cell, most_bytes);
+}
+
+std::uint32_t GpuCells::add_cell(CellId id, const PackedCell& cell, const Place& place,
+                                 std::uint64_t frame) {
   if (free_slots_.empty()) {
     free_slots_.push_back(static_cast<std::uint32_t>(held_.size()));
     held_.emplace_back();
@@ -196,15 +208,39 @@ bool GpuCells::put(CellId id, const PackedCell& cell, std::uint64_t frame,
   free_slots_.pop_back();
   const auto small = [](std::uint64_t value) { return static_cast<std::uint32_t>(value); };
   held_[slot] = {id,
-                 {place->page, small(place->first_vertex), cell.vertex_count, small(size.vertices),
-                  small(place->first_index), small(size.indices)},
+                 {place.page, small(place.first_vertex), cell.vertex_count,
+                  small(cell.words.size() / kWordsPerVertex), small(place.first_index),
+                  small(cell.indices.size())},
                  frame};
   if (id.layer >= slots_.size()) slots_.resize(id.layer + 1);
   if (id.row >= slots_[id.layer].size()) slots_[id.layer].resize(id.row + 1, kNone);
   slots_[id.layer][id.row] = slot;
   link_as_latest(slot);
-  look_ahead();
-  return true;
+  return slot;
+}
+
+/// Of the vertices, then of the indices, what comes after what was written before.
+std::uint64_t GpuCells::write(Held& held, const PackedCell& cell, std::uint64_t most_bytes) {
+  std::uint64_t sum = 0;
+  const auto go_on = [&](GLuint buffer, std::uint64_t place, std::uint64_t from, std::uint64_t end,
+                         const void* data) {
+    const std::uint64_t bytes = std::min(end - from, most_bytes - sum);
+    if (bytes == 0) return;
+    glNamedBufferSubData(buffer, static_cast<GLintptr>(place + from),
+                         static_cast<GLsizeiptr>(bytes),
+                         static_cast<const std::byte*>(data) + from);
+    held.written += bytes;
+    sum += bytes;
+  };
+  const GpuCell& at = held.cell;
+  const std::uint64_t vertex_bytes = held.vertex_bytes();
+  if (held.written < vertex_bytes)
+    go_on(vertices(at.page), PageSize{at.first_vertex, 0}.bytes(), held.written, vertex_bytes,
+          cell.words.data());
+  if (held.written >= vertex_bytes)
+    go_on(indices(at.page), PageSize{0, at.first_index}.bytes(), held.written - vertex_bytes,
+          PageSize{0, at.index_count}.bytes(), cell.indices.data());
+  return sum;
 }
 
 void GpuCells::drop(std::uint32_t slot) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Cells on the GPU, in pages of packed vertices and indices, the least used cells making room.
 // There are no more pages than what is there to be drawn takes up, and one until more are needed.
+// A cell may come in parts, frame by frame; it is there once it is whole.
 #pragma once
 
 #include <cstdint>
@@ -50,18 +51,24 @@ class GpuCells {
   /// cell of a layer that is opened.
   void expect(std::uint64_t vertices, std::uint64_t indices);
 
-  bool holds(CellId id) const { return slot_of(id) != kNone; }
-  /// Empty where the cell is not there; counts as its use in frame `frame`, the first time there.
+  bool holds(CellId id) const { return slot_of(id) != kNone && held_[slot_of(id)].is_whole(); }
+  /// Empty where the cell is not there; counts as its use in frame `frame`, the first time there,
+  /// also where it is not yet whole.
   std::optional<GpuCell> use(CellId id, std::uint64_t frame);
   /// Puts a cell there; cells last used before frame `frame` make room and are appended to
   /// `dropped`. False where that is not enough. Throws RunError where the GPU has no room at all.
   bool put(CellId id, const PackedCell& cell, std::uint64_t frame, std::vector<CellId>& dropped,
            Growth growth = Growth::kAtOnce);
+  /// The same with no more than so many bytes of the cell, after those that are there already. The
+  /// same cell is to be given until it is whole; until then it makes room as others do. Returns the
+  /// bytes: nothing where the cell is whole or there is no room.
+  std::uint64_t put_part(CellId id, const PackedCell& cell, std::uint64_t most_bytes,
+                         std::uint64_t frame, std::vector<CellId>& dropped, Growth growth);
 
   std::size_t page_count() const { return pages_.size(); }
   GLuint vertices(std::uint32_t page) const { return pages_[page].buffers.vertices.id(); }
   GLuint indices(std::uint32_t page) const { return pages_[page].buffers.indices.id(); }
-  std::uint64_t used_bytes() const;
+  std::uint64_t used_bytes() const;       ///< with the room of cells that are not yet whole
   std::uint64_t allocated_bytes() const;  ///< on the GPU, used or not, the page being made too
   /// Of pages that the thread that draws has made itself, while it waited.
   std::uint64_t waited_for_bytes() const { return waited_for_bytes_; }
@@ -70,11 +77,16 @@ class GpuCells {
 
  private:
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
-  /// A cell that is there, between the one used later and the one used before.
+  /// A cell that has room, between the one used later and the one used before.
   struct Held {
     CellId id;
     GpuCell cell;
     std::uint64_t frame = 0;
+    std::uint64_t written = 0;  ///< bytes of the vertices, then of the indices
+    std::uint64_t vertex_bytes() const { return PageSize{cell.stored_count, 0}.bytes(); }
+    bool is_whole() const {
+      return written == PageSize{cell.stored_count, cell.index_count}.bytes();
+    }
     std::uint32_t later = kNone, earlier = kNone;  ///< slots
   };
   struct Page {
@@ -96,6 +108,9 @@ class GpuCells {
     return id.layer < slots_.size() && id.row < slots_[id.layer].size() ? slots_[id.layer][id.row]
                                                                         : kNone;
   }
+  std::uint32_t add_cell(CellId id, const PackedCell& cell, const Place& place,
+                         std::uint64_t frame);
+  std::uint64_t write(Held& held, const PackedCell& cell, std::uint64_t most_bytes);
   void link_as_latest(std::uint32_t slot);
   void unlink(std::uint32_t slot);
   void drop(std::uint32_t slot);

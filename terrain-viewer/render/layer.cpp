@@ -4,7 +4,6 @@
 #include "terrain-viewer/render/layer.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -24,6 +23,9 @@ constexpr double kErrorShare = 0.85;
 constexpr double kRadiiSeconds = 0.35;
 /// How far ahead of the eye's motion is read.
 constexpr double kAheadSeconds = 0.8;
+/// What is to be taken to the GPU is spread over about so long, so that frames differ little: what
+/// is needed less than radii take to get there, what is read ahead half of the time that there is.
+constexpr double kUploadSeconds = 0.1, kUploadAheadSeconds = 0.5 * kAheadSeconds;
 /// Budgets are taken back at once and given back slowly, so that the level of detail does not
 /// swing.
 constexpr double kShareRisePerSecond = 0.25;
@@ -102,7 +104,7 @@ Layer::Layer(const std::filesystem::path& path, std::uint32_t id, const CellStor
   if (const auto failures = store_.take_failures(); !failures.empty())
     throw InputError(path.string(), failures.front());
   for (const std::uint32_t root : roots)
-    if (!upload(root, cells, 0, Growth::kAtOnce))
+    if (!upload(root, no_limit(), cells, 0))
       throw RunError("GPU", "has no room for the coarsest level of " + path.string() +
                                 "; give a larger --gpu-memory-mib");
   list_.header = &file_->header();
@@ -208,16 +210,38 @@ void Layer::set_present(std::uint32_t tree_cell, bool is_present) {
   }
 }
 
-bool Layer::upload(std::uint32_t tree_cell, GpuCells& cells, std::uint64_t frame, Growth growth) {
+Layer::UploadLimit Layer::no_limit() {
+  constexpr double kForever = std::numeric_limits<double>::infinity();
+  return {kForever, kForever, Growth::kAtOnce};
+}
+
+/// Bytes that this frame may still take to the GPU in one step.
+std::uint64_t Layer::next_upload(const UploadLimit& limit) const {
+  const std::uint64_t done = counts_.uploaded_bytes;
+  if (done < kLeastUpload) return kLeastUpload - done;
+  const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - limit.start;
+  const double left = limit.bytes - static_cast<double>(done);
+  if (left < 1.0 || spent.count() >= limit.seconds) return 0;
+  return static_cast<std::uint64_t>(std::min(left, static_cast<double>(kLeastUpload)));
+}
+
+/// Takes as much of a cell to the GPU as the frame may; true once all of it is there.
+bool Layer::upload(std::uint32_t tree_cell, const UploadLimit& limit, GpuCells& cells,
+                   std::uint64_t frame) {
   const hlod::TreeCell& cell = tree_.cells[tree_cell];
   dropped_.clear();
   bool is_whole = true;
   for (std::uint32_t part = 0; part < cell.parts && is_whole; ++part) {
-    const std::uint32_t row = cell.first_node + part;
-    if (cells.holds({id_, row})) continue;
-    const auto packed = store_.find(row);
-    is_whole = packed != nullptr && cells.put({id_, row}, *packed, frame, dropped_, growth);
-    if (is_whole) counts_.uploaded_bytes += packed->bytes();
+    const CellId id{id_, cell.first_node + part};
+    if (cells.holds(id)) continue;
+    const auto packed = store_.find(id.row);
+    std::uint64_t bytes = packed != nullptr ? next_upload(limit) : 0;
+    while (bytes > 0 && !cells.holds(id)) {
+      bytes = cells.put_part(id, *packed, bytes, frame, dropped_, limit.growth);
+      counts_.uploaded_bytes += bytes;
+      if (bytes > 0) bytes = next_upload(limit);
+    }
+    is_whole = cells.holds(id);
   }
   for (const CellId id : dropped_)
     if (id.layer == id_) set_present(cell_of_row_[id.row], false);
@@ -226,17 +250,10 @@ bool Layer::upload(std::uint32_t tree_cell, GpuCells& cells, std::uint64_t frame
 }
 
 void Layer::stream(const UploadLimit& limit, GpuCells& cells, std::uint64_t frame) {
-  const auto start = std::chrono::steady_clock::now();
-  const auto has_room = [&] {
-    if (counts_.uploaded_bytes == 0) return true;
-    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
-    return static_cast<double>(counts_.uploaded_bytes) < limit.bytes &&
-           spent.count() < limit.seconds;
-  };
   counts_.uploaded_bytes = 0;
   rows_.clear();
   for (const std::uint32_t c : missing_) {
-    const bool may_upload = has_room();
+    const bool may_upload = next_upload(limit) > 0;
     bool is_held = true;
     for (std::uint32_t part = 0; part < tree_.cells[c].parts; ++part) {
       const std::uint32_t row = tree_.cells[c].first_node + part;
@@ -246,7 +263,7 @@ void Layer::stream(const UploadLimit& limit, GpuCells& cells, std::uint64_t fram
       is_held = false;
       rows_.push_back(row);
     }
-    if (is_held && may_upload) upload(c, cells, frame, limit.growth);
+    if (is_held && may_upload) upload(c, limit, cells, frame);
   }
   store_.want(rows_);
 }
@@ -293,13 +310,18 @@ const DrawList& Layer::update(const LayerView& view, GpuCells& cells, std::uint6
   const hlod::Radii target = wanted_radii(view, cells.capacity_bytes());
   keep_need(cells, frame);
   find_missing(kMostAsked);
-  double upload_seconds = view.seconds;
+  double upload_seconds = view.seconds, spread_seconds = kUploadSeconds;
   if (missing_.empty() && norm(view.velocity) > 0.0) {
     upload_seconds *= view.ahead_share;
+    spread_seconds = kUploadAheadSeconds;
     look_ahead(view);
   }
-  stream({view.upload_bytes_per_s * upload_seconds, view.upload_time_share * upload_seconds}, cells,
-         frame);
+  double missing_bytes = 0.0;
+  for (const std::uint32_t c : missing_) missing_bytes += bytes_[c];
+  stream({std::min(view.upload_bytes_per_s * upload_seconds,
+                   missing_bytes * view.seconds / spread_seconds),
+          view.upload_time_share * upload_seconds},
+         cells, frame);
   const double share = has_radii_ ? 1.0 - std::exp(-view.seconds / kRadiiSeconds) : 1.0;
   radii_ = hlod::blended(has_radii_ ? radii_ : target, target, share, tree_.metric);
   has_radii_ = true;
@@ -310,8 +332,6 @@ const DrawList& Layer::update(const LayerView& view, GpuCells& cells, std::uint6
 }
 
 bool Layer::settle(const LayerView& view, GpuCells& cells, std::uint64_t frame) {
-  constexpr double kForever = std::numeric_limits<double>::infinity();
-  constexpr UploadLimit kNoLimit{kForever, kForever, Growth::kAtOnce};
   look(view);
   has_radii_ = false;
   const hlod::Radii target = wanted_radii(view, cells.capacity_bytes());
@@ -322,9 +342,9 @@ bool Layer::settle(const LayerView& view, GpuCells& cells, std::uint64_t frame) 
     if (missing_.empty() || missing_.size() >= missing_before) break;
     missing_before = missing_.size();
     // In batches that the store can hold.
-    stream(kNoLimit, cells, frame);
+    stream(no_limit(), cells, frame);
     store_.wait();
-    stream(kNoLimit, cells, frame);
+    stream(no_limit(), cells, frame);
   }
   radii_ = target;
   has_radii_ = true;

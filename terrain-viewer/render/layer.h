@@ -2,6 +2,7 @@
 // One .hlod file in a scene: what of it to draw, what to read, what to keep on the GPU.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -26,7 +27,7 @@ struct LayerView {
   std::uint64_t triangle_budget = 0;  ///< 0: none
   double seconds = 0.0;               ///< since the frame before
   Vec3d velocity;                     ///< of the eye, metres a second: what comes is read ahead
-  double upload_bytes_per_s = 192e6;  ///< to the GPU, but one cell a frame at least
+  double upload_bytes_per_s = 192e6;  ///< to the GPU, but Layer::kLeastUpload a frame at least
   double upload_time_share = 0.015;   ///< of `seconds` that uploads may take up, likewise
   double ahead_share = 0.4;           ///< of both, for what is not needed yet
 };
@@ -35,9 +36,9 @@ struct LayerCounts {
   std::uint64_t triangles = 0;  ///< selected
   std::uint32_t cells = 0;      ///< selected
   std::uint32_t cells_loaded = 0;
-  std::uint32_t cells_missing = 0;  ///< that the view needs
-  std::uint64_t uploaded_bytes = 0;
-  double share = 1.0;  ///< of the radii that budgets leave
+  std::uint32_t cells_missing = 0;   ///< that the view needs
+  std::uint64_t uploaded_bytes = 0;  ///< in this frame
+  double share = 1.0;                ///< of the radii that budgets leave
   CellStoreCounts store;
 };
 
@@ -56,6 +57,10 @@ class Layer {
   /// Box of everything, projected CRS.
   Vec3d lowest() const { return lowest_; }
   Vec3d highest() const { return highest_; }
+
+  /// Bytes that a frame may take to the GPU whatever its time, and in one step: large cells come in
+  /// parts.
+  static constexpr std::uint64_t kLeastUpload = 64u << 10;
 
   /// Chooses and streams for one frame; frame numbers rise.
   const DrawList& update(const LayerView& view, GpuCells& cells, std::uint64_t frame);
@@ -84,9 +89,13 @@ class Layer {
   struct UploadLimit {
     double bytes = 0.0, seconds = 0.0;
     Growth growth = Growth::kSoon;
+    std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
   };
+  static UploadLimit no_limit();
+  std::uint64_t next_upload(const UploadLimit& limit) const;
   void stream(const UploadLimit& limit, GpuCells& cells, std::uint64_t frame);
-  bool upload(std::uint32_t tree_cell, GpuCells& cells, std::uint64_t frame, Growth growth);
+  bool upload(std::uint32_t tree_cell, const UploadLimit& limit, GpuCells& cells,
+              std::uint64_t frame);
   void keep_need(GpuCells& cells, std::uint64_t frame);
   void set_present(std::uint32_t tree_cell, bool is_present);
   void choose(GpuCells& cells, std::uint64_t frame);

@@ -4,13 +4,14 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <memory>
-#include <set>
 #include <thread>
 #include <vector>
 
 #include "tests/property/viewer/crater_fixture.h"
+#include "tests/support/hierarchy.h"
 
 namespace cornice::viewer {
 namespace {
@@ -115,32 +116,104 @@ TEST_F(Budget, OnManyPagesDrawsThePicturesOfOnePage) {
     EXPECT_TRUE(pictures[i].pixels == expected[i].pixels) << i;
 }
 
-TEST_F(Budget, OfNoTimeTakesOneCellAFrameToTheGpuUntilAllAreThere) {
+/// What is drawn is what the file holds, word for word.
+void expect_exact(const DrawList& list, const GpuCells& cells, CellStore& store) {
+  std::vector<std::uint32_t> rows;
+  for (const DrawList::Item& item : list.items) rows.push_back(item.row);
+  store.want(rows);
+  store.wait();
+  for (const DrawList::Item& item : list.items) {
+    const auto expected = store.find(item.row);
+    ASSERT_TRUE(expected) << item.row;
+    const GpuCell& at = item.cell;
+    std::vector<std::uint32_t> words(at.stored_count * kWordsPerVertex);
+    glGetNamedBufferSubData(cells.vertices(at.page),
+                            static_cast<GLintptr>(PageSize{at.first_vertex, 0}.bytes()),
+                            static_cast<GLsizeiptr>(words.size() * 4), words.data());
+    ASSERT_TRUE(words == expected->words) << item.row;
+    std::vector<std::uint16_t> indices(at.index_count);
+    glGetNamedBufferSubData(cells.indices(at.page),
+                            static_cast<GLintptr>(PageSize{0, at.first_index}.bytes()),
+                            static_cast<GLsizeiptr>(indices.size() * 2), indices.data());
+    ASSERT_TRUE(indices == expected->indices) << item.row;
+  }
+}
+
+/// Cells of some hundred kilobytes come in parts of what a frame may take up, while the eye jumps
+/// and others have to make room.
+TEST_F(Budget, OfUploadsHoldsInEveryFrameWhateverTheSizeOfCells) {
+  const test::TemporaryFolder folder;
+  hlod::BuildOptions build;
+  build.triangles_per_cell = 6000;
+  test::write_hierarchy(folder / "large_cells.hlod", crater_mesh(), build);
+  const hlod::File file(folder / "large_cells.hlod");
+  std::uint64_t all = 0, largest = 0;
+  for (const hlod::Node& node : file.nodes()) {
+    all += packed_bytes(node);
+    largest = std::max(largest, packed_bytes(node));
+  }
+  const OffscreenContext context;
+  CellStore store(std::make_shared<const hlod::File>(folder / "large_cells.hlod"), {1, 256u << 20});
+  for (const std::uint64_t limit : {std::uint64_t{0}, Layer::kLeastUpload, 3 * largest / 4}) {
+    const std::uint64_t most = std::max(limit, Layer::kLeastUpload), gpu_bytes = all / 3;
+    ASSERT_LT(most, largest) << "cells of a frame tell nothing";
+    GpuCells cells(gpu_bytes, gpu_bytes);
+    Layer layer(folder / "large_cells.hlod", 0, {1, 256u << 20}, cells);
+    LayerView view;
+    view.width = 160, view.height = 120;
+    view.error_pixels = 1.0;
+    view.seconds = 1.0 / 60.0;
+    view.upload_bytes_per_s = 60.0 * static_cast<double>(limit);
+    view.upload_time_share = limit == 0 ? 0.0 : 1.0;
+    std::uint64_t frame = 1, at_most = 0, sum = 0;
+    const auto fly = [&](double t) {
+      view.camera = crater_camera(t);
+      layer.update(view, cells, ++frame);
+      at_most = std::max(at_most, layer.counts().uploaded_bytes);
+      sum += layer.counts().uploaded_bytes;
+      ASSERT_LE(layer.counts().uploaded_bytes, most) << "frame " << frame;
+      ASSERT_LE(cells.allocated_bytes(), gpu_bytes);
+      // The thread that reads gets ahead of the uploads.
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    };
+    // Twelve frames at a place are too few for what it takes.
+    for (int jump = 0; jump < 60; ++jump)
+      for (int stay = 0; stay < 12; ++stay) fly(0.13 * jump - std::floor(0.13 * jump));
+    for (int stay = 0; stay < 2000 && (stay < 3 || layer.counts().cells_missing > 0); ++stay)
+      fly(0.1);
+    EXPECT_EQ(layer.counts().cells_missing, 0u);
+    EXPECT_GE(at_most, Layer::kLeastUpload);
+    EXPECT_GT(sum, gpu_bytes) << "nothing had to make room";
+    expect_exact(layer.list(), cells, store);
+  }
+}
+
+TEST_F(Budget, OfUploadsIsSpreadOverFramesWhereAllWouldFitIntoOne) {
+  const test::TemporaryFolder folder;
+  hlod::BuildOptions build;
+  build.triangles_per_cell = 6000;
+  test::write_hierarchy(folder / "large_cells.hlod", crater_mesh(), build);
   const OffscreenContext context;
   GpuCells cells(256u << 20);
-  Layer layer(crater_file(), 0, {1, 256u << 20}, cells);
-  std::set<std::uint64_t> sizes{0};
-  for (const hlod::TreeCell& cell : layer.tree().cells) {
-    std::uint64_t bytes = 0;
-    for (std::uint32_t part = 0; part < cell.parts; ++part)
-      bytes += packed_bytes(layer.file().nodes()[cell.first_node + part]);
-    sizes.insert(bytes);
-  }
+  Layer layer(folder / "large_cells.hlod", 0, {1, 256u << 20}, cells);
   LayerView view;
   view.camera = crater_camera(0.1);
   view.width = 160, view.height = 120;
-  view.error_pixels = 1.0;
+  view.error_pixels = 3.0;
   view.seconds = 1.0 / 60.0;
-  view.upload_time_share = 0.0;
-  std::uint64_t frame = 1, uploads = 0;
+  view.upload_time_share = 1.0;
+  std::uint64_t frame = 1, at_most = 0, sum = 0;
   do {
     layer.update(view, cells, ++frame);
-    ASSERT_TRUE(sizes.contains(layer.counts().uploaded_bytes)) << "frame " << frame;
-    uploads += layer.counts().uploaded_bytes > 0 ? 1 : 0;
-    // The thread that reads gets ahead of the uploads.
+    at_most = std::max(at_most, layer.counts().uploaded_bytes);
+    sum += layer.counts().uploaded_bytes;
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  } while (layer.counts().cells_missing > 0);
-  EXPECT_GT(uploads, 20u);
+  } while (layer.counts().cells_missing > 0 && frame < 2000);
+  EXPECT_EQ(layer.counts().cells_missing, 0u);
+  EXPECT_LT(static_cast<double>(sum), view.upload_bytes_per_s * view.seconds);
+  EXPECT_GT(sum, 10 * Layer::kLeastUpload);
+  // A tenth of a second is six frames.
+  EXPECT_LE(at_most, std::max(Layer::kLeastUpload, sum / 6 + 1));
 }
 
 }  // namespace

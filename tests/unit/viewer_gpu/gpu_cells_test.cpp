@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -40,6 +41,21 @@ class FourCells : public testing::Test {
     std::vector<std::uint32_t> rows;
     for (const CellId id : dropped_) rows.push_back(id.row);
     return rows;
+  }
+
+  void expect_marked(std::uint32_t row) {
+    const auto cell = cells_.use({0, row}, 30);
+    ASSERT_TRUE(cell) << row;
+    std::vector<std::uint32_t> words(kStored * kWordsPerVertex);
+    glGetNamedBufferSubData(cells_.vertices(cell->page),
+                            static_cast<GLintptr>(cell->first_vertex * kWordsPerVertex * 4),
+                            static_cast<GLsizeiptr>(words.size() * 4), words.data());
+    EXPECT_EQ(words, marked_cell(row).words);
+    std::vector<std::uint16_t> indices(kIndices);
+    glGetNamedBufferSubData(cells_.indices(cell->page),
+                            static_cast<GLintptr>(cell->first_index * 2),
+                            static_cast<GLsizeiptr>(indices.size() * 2), indices.data());
+    EXPECT_EQ(indices, marked_cell(row).indices);
   }
 
   OffscreenContext context_;
@@ -79,21 +95,59 @@ TEST_F(FourCells, HoldWhatWasPutAfterOthersMadeRoom) {
   for (std::uint32_t row = 0; row < 20; ++row) ASSERT_TRUE(put(row, row + 1));
   std::size_t held = 0;
   for (std::uint32_t row = 0; row < 20; ++row) {
-    const auto cell = cells_.use({0, row}, 30);
-    if (!cell) continue;
+    if (!cells_.holds({0, row})) continue;
     ++held;
-    std::vector<std::uint32_t> words(kStored * kWordsPerVertex);
-    glGetNamedBufferSubData(cells_.vertices(cell->page),
-                            static_cast<GLintptr>(cell->first_vertex * kWordsPerVertex * 4),
-                            static_cast<GLsizeiptr>(words.size() * 4), words.data());
-    EXPECT_EQ(words, marked_cell(row).words);
-    std::vector<std::uint16_t> indices(kIndices);
-    glGetNamedBufferSubData(cells_.indices(cell->page),
-                            static_cast<GLintptr>(cell->first_index * 2),
-                            static_cast<GLsizeiptr>(indices.size() * 2), indices.data());
-    EXPECT_EQ(indices, marked_cell(row).indices);
+    expect_marked(row);
   }
   EXPECT_EQ(held, 4u);
+}
+
+TEST_F(FourCells, AreThereOnceTheyAreWholeHoweverManyPartsTheyComeIn) {
+  // Parts that end within a word, at the end of the vertices and within the indices.
+  for (const std::uint64_t part :
+       {std::uint64_t{1001}, std::uint64_t{kStored * kWordsPerVertex * 4}, std::uint64_t{2900},
+        kCellBytes}) {
+    const auto row = static_cast<std::uint32_t>(part % 19);
+    std::uint64_t sum = 0;
+    for (std::uint64_t frame = 1; sum < kCellBytes; ++frame) {
+      EXPECT_FALSE(cells_.holds({0, row}));
+      EXPECT_FALSE(cells_.use({0, row}, frame));
+      const std::uint64_t bytes =
+          cells_.put_part({0, row}, marked_cell(row), part, frame, dropped_, Growth::kSoon);
+      ASSERT_EQ(bytes, std::min(part, kCellBytes - sum));
+      sum += bytes;
+    }
+    EXPECT_TRUE(cells_.holds({0, row}));
+    EXPECT_EQ(cells_.put_part({0, row}, marked_cell(row), part, 9, dropped_, Growth::kSoon), 0u);
+    expect_marked(row);
+  }
+  EXPECT_TRUE(dropped_.empty());
+  EXPECT_EQ(cells_.used_bytes(), 4 * kCellBytes);
+}
+
+TEST_F(FourCells, ThatMakeRoomHalfWayLeaveNothingBehind) {
+  ASSERT_EQ(cells_.put_part({0, 7}, marked_cell(7), 2000, 1, dropped_, Growth::kSoon), 2000u);
+  for (const std::uint32_t row : {0u, 1u, 2u}) ASSERT_TRUE(put(row, 2)) << row;
+  ASSERT_TRUE(put(3, 2));
+  EXPECT_EQ(dropped(), std::vector<std::uint32_t>{7});
+  EXPECT_EQ(cells_.used_bytes(), 4 * kCellBytes);
+  for (const std::uint32_t row : {0u, 1u, 2u, 3u}) expect_marked(row);
+  dropped_.clear();
+  EXPECT_EQ(cells_.put_part({0, 7}, marked_cell(7), 2000, 30, dropped_, Growth::kSoon), 0u);
+  ASSERT_EQ(cells_.put_part({0, 7}, marked_cell(7), 2000, 31, dropped_, Growth::kSoon), 2000u)
+      << "not what was left of it";
+  EXPECT_FALSE(cells_.holds({0, 7}));
+  ASSERT_EQ(cells_.put_part({0, 7}, marked_cell(7), kCellBytes, 31, dropped_, Growth::kSoon),
+            kCellBytes - 2000);
+  expect_marked(7);
+}
+
+TEST_F(FourCells, ThatAreOnTheirWayAndInUseStay) {
+  ASSERT_EQ(cells_.put_part({0, 7}, marked_cell(7), 2000, 1, dropped_, Growth::kSoon), 2000u);
+  for (const std::uint32_t row : {0u, 1u, 2u}) ASSERT_TRUE(put(row, 2)) << row;
+  cells_.use({0, 7}, 3);
+  ASSERT_TRUE(put(3, 3));
+  EXPECT_EQ(dropped(), std::vector<std::uint32_t>{0});
 }
 
 /// Room for a hundred cells on pages of ten.
