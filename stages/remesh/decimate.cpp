@@ -15,6 +15,9 @@ constexpr float kShapeWeight = 1e-6f;
 constexpr float kLeastTurnCosine = 0.5f;
 /// Twice the area over the longest side's square: below this a new triangle is a sliver.
 constexpr float kLeastShape = 0.08f;
+/// Unless it was one before and has this share of its shape left. Where vertices lie on a heap,
+/// each that goes leaves needles between the others, which only the last one takes with it.
+constexpr float kNeedleLeft = 0.9f;
 constexpr std::uint32_t kMostNeighbours = 14;
 /// Of the candidates of a round, the cheaper part is tried: the others may be cheaper later.
 constexpr double kTriedShare = 0.8;
@@ -22,6 +25,13 @@ constexpr double kTriedShare = 0.8;
 constexpr double kLeastProgress = 0.01;
 /// Bits of a cost that do not count for the order: six of the mantissa do.
 constexpr int kCostShift = 17;
+
+/// The square of twice the area over the longest side's square.
+float shape_sq(Vec3f ab, Vec3f ac, Vec3f normal2) {
+  const Vec3f bc = ac - ab;
+  const float longest_sq = std::max({dot(ab, ab), dot(ac, ac), dot(bc, bc)});
+  return longest_sq > 0.0f ? dot(normal2, normal2) / (longest_sq * longest_sq) : 0.0f;
+}
 
 /// Sum of a (n . x)^2 over planes, x relative to the quadric's own vertex.
 struct Quadric {
@@ -240,14 +250,17 @@ class Decimation {
     return each_triangle(from, [&](std::uint32_t t) {
       const std::uint32_t b = follower(t, from), c = leader(t, from);
       if (b == to || c == to) return true;
-      const Vec3f pb = positions_[b], pc = positions_[c];
-      const Vec3f before = cross(pb - positions_[from], pc - positions_[from]);
-      const Vec3f e1 = pb - p, e2 = pc - p, e3 = pc - pb;
-      const Vec3f after = cross(e1, e2);
-      const float longest_sq = std::max({dot(e1, e1), dot(e2, e2), dot(e3, e3)});
+      const Vec3f ab = positions_[b] - p, ac = positions_[c] - p, bc = ac - ab;
+      if (std::max({dot(ab, ab), dot(ac, ac), dot(bc, bc)}) > most_edge_sq) return false;
+      const Vec3f old_ab = positions_[b] - positions_[from],
+                  old_ac = positions_[c] - positions_[from];
+      const Vec3f before = cross(old_ab, old_ac), after = cross(ab, ac);
+      const float shape = shape_sq(ab, ac, after);
+      if (shape < kLeastShape * kLeastShape &&
+          shape < kNeedleLeft * kNeedleLeft * shape_sq(old_ab, old_ac, before)) {
+        return false;
+      }
       const float after_sq = dot(after, after);
-      if (longest_sq > most_edge_sq) return false;
-      if (after_sq < kLeastShape * kLeastShape * longest_sq * longest_sq) return false;
       const float turn = dot(before, after);
       // A triangle without area has no normal to keep.
       const float before_sq = dot(before, before);

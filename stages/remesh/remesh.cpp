@@ -42,8 +42,6 @@ constexpr int kIdle = 2, kMostIdle = 6;
 /// Rounds of mending shapes; no more where one leaves this share of the thin triangles.
 constexpr int kMostShapeRounds = 3;
 constexpr double kShapesLeft = 0.9;
-/// Nor where so few of all triangles are thin.
-constexpr double kFewThin = 0.001;
 /// Beginnings anew with more of the input kept as it is.
 constexpr int kMostAttempts = 2;
 /// Places on new triangles lie so many spacings of the input apart while the mesh changes, and in
@@ -323,10 +321,7 @@ class Remeshing {
       left = repair(reference);
       const std::size_t before = thin;
       thin = thin_triangles();
-      if (static_cast<double>(thin) > kShapesLeft * static_cast<double>(before) ||
-          static_cast<double>(thin) < kFewThin * static_cast<double>(work_.triangles.size())) {
-        break;
-      }
+      if (static_cast<double>(thin) > kShapesLeft * static_cast<double>(before)) break;
     }
     return left;
   }

@@ -14,6 +14,11 @@ constexpr int kGradingSweeps = 12;
 /// what later operations add.
 constexpr float kAimedShare = 0.8f;
 
+/// Of what its neighbours on the border want, a fixed vertex wants this at least. Edges that are
+/// much shorter would be surrounded by rings of tiny triangles, and those at them are thin in any
+/// case.
+constexpr float kLeastOfNeighbours = 0.5f;
+
 /// Longest that a wanted length may be at b, if it is `size` at a distance of d.
 float graded(float size, float d, float grading) { return size + grading * d; }
 
@@ -21,6 +26,9 @@ float graded(float size, float d, float grading) { return size + grading * d; }
 
 void start_sizes(WorkMesh& mesh, const SizeLimits& limits) {
   const std::size_t n = mesh.positions.size();
+  const auto is_fixed = [&](std::uint32_t v, std::uint32_t w) {
+    return mesh.fixed[v] != 0 && mesh.fixed[w] != 0;
+  };
   std::vector<float> area(n, 0.0f), edge(n, 0.0f);
   std::vector<std::uint32_t> triangles(n, 0), edges(n, 0);
   for (const Triangle& t : mesh.triangles) {
@@ -30,7 +38,7 @@ void start_sizes(WorkMesh& mesh, const SizeLimits& limits) {
       const std::uint32_t v = t[k], w = t[(k + 1) % 3];
       area[v] += a;
       ++triangles[v];
-      if (mesh.fixed[v] == 0 || mesh.fixed[w] == 0) continue;
+      if (!is_fixed(v, w)) continue;
       const float length = norm(mesh.positions[w] - mesh.positions[v]);
       edge[v] += length, edge[w] += length;
       ++edges[v], ++edges[w];
@@ -43,6 +51,15 @@ void start_sizes(WorkMesh& mesh, const SizeLimits& limits) {
     } else if (triangles[v] > 0) {
       // Area sqrt(3)/4 s^2.
       mesh.size[v] = std::sqrt(2.3094f * area[v] / static_cast<float>(triangles[v]));
+    }
+  }
+  const std::vector<float> own = mesh.size;
+  for (const Triangle& t : mesh.triangles) {
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t v = t[k], w = t[(k + 1) % 3];
+      if (!is_fixed(v, w)) continue;
+      mesh.size[v] = std::max(mesh.size[v], kLeastOfNeighbours * own[w]);
+      mesh.size[w] = std::max(mesh.size[w], kLeastOfNeighbours * own[v]);
     }
   }
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <set>
 #include <vector>
 
@@ -189,6 +190,54 @@ TEST(Mend, GoesThroughThePlaceWhereItDoesNotInsist) {
   mend(groove.patch, groove.reference, groove.limits, {groove.offence()}, {});
   ASSERT_EQ(groove.heights_of_new().size(), 1u);
   EXPECT_NEAR(groove.heights_of_new()[0], -0.4f, 1e-6f);
+}
+
+/// A vertex amid six whose heights alternate, so that nothing but a move of it keeps the bound.
+Mesh crown(Vec3f middle) {
+  Mesh mesh;
+  mesh.positions = {middle};
+  for (std::uint32_t k = 0; k < 6; ++k) {
+    const double angle = std::numbers::pi / 3.0 * k;
+    mesh.positions.push_back(
+        Vec3d{std::cos(angle), std::sin(angle), k % 2 == 0 ? 0.5 : -0.5}.cast<float>());
+    mesh.triangles.push_back({0, k + 1, (k + 1) % 6 + 1});
+  }
+  return mesh;
+}
+
+TEST(Mend, MovesAVertexOntoThePlaceThatIsTooFar) {
+  const Vec3f from{0.02f, 0.0f, 0.0f}, place{0.0f, 0.0f, 0.0f};
+  Ground ground(crown(place), crown(from));
+  mend(ground.patch, ground.reference, ground.limits, {{0, place, 0, true, {}, 0.051f}}, {});
+  EXPECT_EQ(ground.patch.mesh.position(0), place);
+  EXPECT_EQ(ground.patch.mesh.vertex_count(), 7u);
+}
+
+/// A hundredth of the bound: the place would be too far again in the next round, and in all after
+/// it.
+TEST(Mend, TakesNoMoveOfAHairsBreadthForARepair) {
+  const Vec3f from{0.0005f, 0.0f, 0.0f}, place{0.0f, 0.0f, 0.0f};
+  Ground ground(crown(place), crown(from));
+  mend(ground.patch, ground.reference, ground.limits, {{0, place, 0, true, {}, 0.051f}}, {});
+  EXPECT_EQ(ground.patch.mesh.position(0), from);
+  EXPECT_EQ(ground.patch.mesh.vertex_count(), 8u);  // halved instead
+}
+
+/// Where the middle of six flat triangles comes to lie that begins at (x, 0, 0).
+float smoothed(float x) {
+  Mesh wheel = crown({x, 0.0f, 0.0f});
+  for (Vec3f& p : wheel.positions) p.z = 0.0f;
+  Mesh input = flat(40, 0.1);
+  for (Vec3f& p : input.positions) p = p - Vec3f{2.0f, 2.0f, 0.0f};
+  Ground ground(input, wheel);
+  relax(ground.patch, ground.reference, ground.limits);
+  EXPECT_EQ(ground.triangles().size(), 6u);
+  return ground.patch.mesh.position(0).x;
+}
+
+TEST(Relax, MovesVerticesTowardsTheirMiddleButNotByLittle) {
+  EXPECT_LT(smoothed(0.15f), 0.06f);
+  EXPECT_EQ(smoothed(0.1f), 0.1f);
 }
 
 }  // namespace

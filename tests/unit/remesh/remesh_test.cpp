@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/base/random.h"
@@ -163,6 +164,70 @@ TEST(Remesh, KeepsTrianglesRoundWhereRoughGroundNeedsMending) {
   EXPECT_GE(result.figures.inner_quality.share_min_angle_20(), 0.995);
   EXPECT_LE(distance_by_cgal(mesh, result.mesh, 0.12f), 0.05);
   EXPECT_LE(distance_by_cgal(result.mesh, mesh, 0.12f), 0.05);
+}
+
+/// Moves vertices of a mesh over the plane along it, and onto the ground there.
+void put(Mesh& mesh, std::uint32_t vertex, float x, float y) {
+  mesh.positions[vertex] = Vec3d{x, y, hills(x, y)}.cast<float>();
+}
+
+std::size_t triangles_shorter_than(const Mesh& mesh, float length) {
+  return static_cast<std::size_t>(
+      std::count_if(mesh.triangles.begin(), mesh.triangles.end(), [&](const Triangle& t) {
+        const Vec3f a = mesh.positions[t[0]], b = mesh.positions[t[1]], c = mesh.positions[t[2]];
+        return std::max({norm(b - a), norm(c - b), norm(a - c)}) < length;
+      }));
+}
+
+/// A reconstruction puts three or four vertices beside a node of its lattice that the surface
+/// almost goes through. They must not be taken for detail.
+TEST(Remesh, SeesThroughHeapsOfVertices) {
+  constexpr int kCells = 60;
+  const Mesh even = test::height_mesh(0, 0, kCells, 0.5, hills);
+  Mesh mesh = even;
+  std::size_t heaps = 0;
+  for (std::uint32_t row = 5; row < kCells - 5; row += 6) {
+    for (std::uint32_t column = 5; column < kCells - 5; column += 6, ++heaps) {
+      const std::uint32_t v = row * (kCells + 1) + column;
+      const float x = 0.5f * static_cast<float>(column) + 0.25f;
+      const float y = 0.5f * static_cast<float>(row) + 0.25f;
+      put(mesh, v, x - 0.0015f, y - 0.002f);
+      put(mesh, v + 1, x + 0.0025f, y - 0.0015f);
+      put(mesh, v + kCells + 1, x - 0.0025f, y + 0.0015f);
+      put(mesh, v + kCells + 2, x + 0.002f, y + 0.0025f);
+    }
+  }
+  ASSERT_EQ(heaps, 81u);
+  ASSERT_EQ(triangles_shorter_than(mesh, 0.1f), 2 * heaps);
+  const Result result = remesh(mesh, {});
+  expect_within(mesh, result, 0.05);
+  EXPECT_LE(result.mesh.triangles.size(), remesh(even, {}).mesh.triangles.size());
+}
+
+/// Vertices of a border stay where they are, but what is small there must not spread.
+TEST(Remesh, SurroundsAHeapOnTheBorderByFewTriangles) {
+  constexpr int kCells = 60;
+  Mesh mesh = test::height_mesh(0, 0, kCells, 0.5, hills);
+  for (std::uint32_t column = 10; column < kCells - 5; column += 10) {
+    const float x = 0.5f * static_cast<float>(column);
+    put(mesh, column - 1, x - 0.003f, 0.0f);
+    put(mesh, column + 1, x + 0.002f, 0.0f);
+  }
+  const Result result = remesh(mesh, {});
+  EXPECT_EQ(test::border_edges(result.mesh), test::border_edges(mesh));
+  expect_within(mesh, result, 0.05);
+  EXPECT_LE(triangles_shorter_than(result.mesh, 0.25f), 20u);
+}
+
+TEST(Remesh, MendsShapesWhereOneTriangleInAThousandIsThin) {
+  const Mesh mesh = test::height_mesh(0, 0, 110, 0.5, [](double x, double y) {
+    return hills(x, y) + 0.02 * CounterRandom(5, static_cast<std::uint64_t>(2 * x),
+                                              static_cast<std::uint64_t>(2 * y))
+                                    .normal();
+  });
+  const Result result = remesh(mesh, {});
+  EXPECT_GT(result.mesh.triangles.size(), 5000u);
+  EXPECT_LE(result.figures.inner_quality.below_20_deg, 1u);
 }
 
 TEST(Remesh, TakesDegenerateInput) {
