@@ -14,8 +14,9 @@ Pilot::Pilot(const Camera& start, double speed_ms, std::filesystem::path path_fi
   moves_.jump(start);
 }
 
-void Pilot::step(const ControlInput& input, const Surroundings& around) {
+std::string Pilot::step(const ControlInput& input, const Surroundings& around) {
   if (asks_to_move(input)) path_.stop();
+  const bool plays = path_.is_playing();
   if (input.pressed || input.is_double_click) moves_.begin(camera_);
   if (path_.is_playing()) {
     controls_.walks = false;
@@ -23,6 +24,9 @@ void Pilot::step(const ControlInput& input, const Surroundings& around) {
   }
   camera_ = controls_.step(camera_, input, around.point, around.ground);
   moves_.see(camera_, input.seconds);
+  const bool played = std::exchange(was_playing_, path_.is_playing());
+  if (plays && !path_.is_playing()) return "the path has ended; Ctrl+P plays it again";
+  return played && !plays ? "stopped" : "";
 }
 
 void Pilot::go(const Camera& camera) {

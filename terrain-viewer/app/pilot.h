@@ -34,8 +34,9 @@ class Pilot {
   /// True where steps without input leave the camera as it is and all moves are remembered.
   bool is_at_rest() const { return !path_.is_playing() && moves_.is_at_rest(); }
 
-  /// One frame. A path that plays stops where hands take hold of the camera.
-  void step(const ControlInput& input, const Surroundings& around);
+  /// One frame. A path that plays stops where hands take hold of the camera. Returns what to say,
+  /// empty for nothing.
+  std::string step(const ControlInput& input, const Surroundings& around);
   /// At once; undo leads back.
   void go(const Camera& camera);
   /// What to say of an action of the camera, empty for nothing; no value where it is none. Paths
@@ -54,6 +55,7 @@ class Pilot {
   CameraMoves moves_;
   PathMaker path_;
   std::filesystem::path path_file_;
+  bool was_playing_ = false;  ///< after the frame before
 };
 
 }  // namespace cornice::viewer

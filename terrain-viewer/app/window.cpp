@@ -138,7 +138,7 @@ class WindowApp {
     for (const KeyPress& press : input_.presses()) heed(press);
     const Vec3d before = pilot_.camera().eye;
     const Surroundings around = surroundings();
-    pilot_.step(read_input(seconds), around);
+    say(pilot_.step(read_input(seconds), around));
     const FrameCounts counts = draw(paced, (pilot_.camera().eye - before) / seconds);
     tell_failures();
     glfwSwapBuffers(window_.get());

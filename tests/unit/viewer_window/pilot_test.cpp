@@ -126,16 +126,24 @@ TEST(Pilot, PlaysThePathThatIsMadeUntilItsEnd) {
   EXPECT_TRUE(pilot.is_playing());
   pilot.step(still(), nothing());
   EXPECT_NEAR(pilot.camera().eye.x, 0.0, 2.0);
-  for (int i = 0; i < 1000 && pilot.is_playing(); ++i) pilot.step(still(), nothing());
+  std::string said;
+  for (int i = 0; i < 1000 && pilot.is_playing(); ++i) {
+    EXPECT_EQ(said, "");
+    EXPECT_FALSE(pilot.is_at_rest());
+    said = pilot.step(still(), nothing());
+  }
   EXPECT_FALSE(pilot.is_playing());
+  EXPECT_NE(said.find("ended"), std::string::npos) << said;
+  EXPECT_EQ(pilot.step(still(), nothing()), "");
   EXPECT_EQ(pilot.camera(), at_x(60.0));
   rest(pilot);
+  EXPECT_TRUE(pilot.is_at_rest());
   heed(pilot, Action::kUndo);
   EXPECT_EQ(pilot.camera(), at_x(500.0)) << "a play is one move";
 }
 
 TEST(Pilot, StopsPlayingWhereAHandTakesHold) {
-  for (int hand = 0; hand < 3; ++hand) {
+  for (int hand = 0; hand < 4; ++hand) {
     Pilot pilot(at_x(0.0), 50.0, {});
     heed(pilot, Action::kAddToPath);
     pilot.go(at_x(60.0));
@@ -146,7 +154,8 @@ TEST(Pilot, StopsPlayingWhereAHandTakesHold) {
     if (hand == 0) in.pressed = in.left = true;
     if (hand == 1) in.fly.right = 1.0;
     if (hand == 2) in.wheel = 1.0;
-    pilot.step(in, nothing());
+    if (hand == 3) heed(pilot, Action::kSeeAll);
+    EXPECT_EQ(pilot.step(in, nothing()), "stopped") << hand;
     EXPECT_FALSE(pilot.is_playing()) << hand;
   }
 }
