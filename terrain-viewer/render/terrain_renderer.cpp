@@ -27,7 +27,7 @@ struct FrameBlock {
 /// As Draw in shaders/surface.vert.
 struct DrawRecord {
   std::array<std::int32_t, 4> origin{}, parent_origin{}, band{}, eye{};
-  std::array<float, 4> offset{}, colour{}, scales{};
+  std::array<float, 4> offset{}, colour{}, parent_colour{}, scales{};
 };
 
 /// As glMultiDrawElementsIndirect reads it.
@@ -47,6 +47,10 @@ constexpr double kNoisePeriodM = 65536.0;
 std::array<float, 4> floats(Vec3d v, double w) {
   return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z),
           static_cast<float>(w)};
+}
+
+std::array<float, 4> floats(const Colour& c, double w) {
+  return floats(Vec3d{c[0] / 255.0, c[1] / 255.0, c[2] / 255.0}, w);
 }
 
 std::array<std::int32_t, 4> whole(hlod::LatticePoint p, std::int64_t fourth) {
@@ -80,8 +84,10 @@ DrawRecord record_of(const DrawList& list, const DrawList::Item& item, DrawRecor
     record.band = {0, 0, 0, list.header->lattice.finest_level};
   }
   const Colour colour = has_cell_colours ? cell_colour(level, item.row) : level_colour(level);
-  record.colour = {float(colour[0]) / 255.0f, float(colour[1]) / 255.0f, float(colour[2]) / 255.0f,
-                   static_cast<float>(eye_height)};
+  record.colour = floats(colour, eye_height);
+  // What is drawn of a vertex that has morphed is the level above.
+  record.parent_colour =
+      floats(has_cell_colours || level == 0 ? colour : level_colour(level - 1), 0.0);
   return record;
 }
 

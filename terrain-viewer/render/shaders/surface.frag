@@ -5,7 +5,7 @@ layout(location = 0) in vec3 from_eye;       // metres
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec4 attributes;     // support in metres, source, lambda, height in metres
 layout(location = 3) in vec3 own_colour;
-layout(location = 4) flat in vec3 level_colour;
+layout(location = 4) in vec3 level_colour;
 
 layout(binding = 0) uniform sampler1D ramp;
 

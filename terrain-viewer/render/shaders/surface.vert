@@ -9,7 +9,8 @@ struct Draw {
   ivec4 band;           // end, shift, band, finer as in hlod/morph.h; band 0: no parent
   ivec4 eye;            // fine steps; w: distance to the slab of heights, below 0 in octrees
   vec4 offset;          // minus the rest of the eye within its fine step, metres; w: fine step, metres
-  vec4 colour;          // of the level; w: height of the eye
+  vec4 colour;          // of the level or cell; w: height of the eye
+  vec4 parent_colour;   // of the level above, or again of the cell
   vec4 scales;          // x: 1 / largest octahedral component
 };
 layout(std430, binding = 1) readonly buffer Draws { Draw draws[]; };
@@ -20,7 +21,7 @@ layout(location = 0) out vec3 from_eye;
 layout(location = 1) out vec3 normal;
 layout(location = 2) out vec4 attributes;
 layout(location = 3) out vec3 own_colour;
-layout(location = 4) flat out vec3 level_colour;
+layout(location = 4) out vec3 level_colour;
 
 const uint kWords = 6u;
 
@@ -82,6 +83,6 @@ void main() {
   attributes.z = lambda;
   attributes.w = from_eye.z + draw.colour.w;
   own_colour = decoded(mix(unpackUnorm4x8(parent_look).rgb, unpackUnorm4x8(look).rgb, lambda));
-  level_colour = decoded(draw.colour.rgb);
+  level_colour = mix(decoded(draw.parent_colour.rgb), decoded(draw.colour.rgb), lambda);
   gl_Position = frame.view_projection * vec4(from_eye, 1.0);
 }

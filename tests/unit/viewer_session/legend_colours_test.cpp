@@ -58,9 +58,12 @@ TEST_F(LegendColours, AreDrawnAsTheyAreWhereTheGroundFacesTheSun) {
                                                            : 0.0;
       expect_near(desk.middle(), ramp_of(style)->at(value), kShadingNames[std::size_t(shading)]);
     }
-    style.shading = Shading::kLevel;
-    const Colour drawn = desk.middle();
-    const Layer& layer = *desk.session().layers()[0];
+    // So fine that nothing has morphed towards another level.
+    Desk finest({plate(slope)}, 1e-4);
+    finest.session().style().sun = normal_of(slope);
+    finest.session().style().shading = Shading::kLevel;
+    const Colour drawn = finest.middle();
+    const Layer& layer = *finest.session().layers()[0];
     expect_near(drawn, level_colour(layer.tree().cells[layer.chosen()[0]].key.level), "level");
   }
 }
