@@ -553,8 +553,8 @@ class OtherWindows(OnDisplay):
         self.open_window(self.file, *coarse)
         # A motion that ends anywhere, and a size that asks for other levels.
         self.display.do("keydown", "w")
-        first = self.camera()
-        until(lambda: math.dist(self.camera()["eye"], first["eye"]) > 20.0)
+        start = self.camera()
+        until(lambda: math.dist(self.camera()["eye"], start["eye"]) > 20.0)
         self.display.do("keyup", "w")
         self.camera()
         for size in (640, 690), (640, 480), (640, 600):
@@ -571,8 +571,9 @@ class OtherWindows(OnDisplay):
             self.assertEqual(drawn.returncode, 0, drawn.stderr)
             # Between the panels, above the cursor.
             for y, row in list(enumerate(pixels_of_png(alone)))[100:290]:
-                at = 4 * (900 * y + 320)
-                shown = bytes(screen[at + 4 * x + colour] for x in range(280) for colour in (2, 1, 0))
+                first = 4 * (900 * y + 320)
+                shown = bytes(screen[at + colour] for at in range(first, first + 4 * 280, 4)
+                              for colour in (2, 1, 0))
                 self.assertEqual(shown, row[3 * 320:3 * 600], f"{size}, row {y}")
 
     def test_the_path_of_the_command_line_is_played(self):
