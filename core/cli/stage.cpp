@@ -85,7 +85,7 @@ Failure describe_failure(int signal_number) {
     const bool by_signal = signal_number != 0;
     return {by_signal ? kExitBySignal + signal_number : failed,
             by_signal ? "stopped by signal " + std::to_string(signal_number) +
-                            "; no output was written, run it again"
+                            " before it was done; run it again"
                       : std::string(error.what())};
   } catch (const Error& error) {
     return {static_cast<int>(error.code()), error.what()};
