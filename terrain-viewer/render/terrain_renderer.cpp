@@ -21,7 +21,7 @@ struct FrameBlock {
   Matrix4 view_projection{};
   std::array<float, 4> sun{}, sun_colour{}, sky{}, ground{}, haze{}, eye_height{}, contours{};
   std::array<std::int32_t, 4> shading{};
-  std::array<float, 4> swipe{};
+  std::array<float, 4> place{};
 };
 
 /// As Draw in shaders/surface.vert.
@@ -131,8 +131,7 @@ void write_ramp(const GlTexture& texture, const Ramp& ramp) {
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
 }
 
-FrameBlock frame_block(const Camera& camera, int width, int height, const Style& style,
-                       const Swipe& swipe) {
+FrameBlock frame_block(const Camera& camera, int width, int height, const Style& style) {
   FrameBlock block;
   block.view_projection = view_projection(camera, double(width) / height, kNearM);
   const Vec3d sun = normalized(style.sun);
@@ -153,13 +152,33 @@ FrameBlock frame_block(const Camera& camera, int width, int height, const Style&
                     static_cast<float>(style.snow_line_m), static_cast<float>(style.tree_line_m),
                     0};
   const bool is_numbered = style.shading == Shading::kLevel || style.shading == Shading::kCell;
-  block.shading = {static_cast<int>(style.shading), swipe.side != 0 ? 1 : 0,
-                   ramp || is_numbered ? 1 : 0, 0};
-  block.swipe = {static_cast<float>(swipe.column), static_cast<float>(swipe.side),
-                 static_cast<float>(std::fmod(camera.eye.x, kNoisePeriodM)),
-                 static_cast<float>(std::fmod(camera.eye.y, kNoisePeriodM))};
+  block.shading = {static_cast<int>(style.shading), ramp || is_numbered ? 1 : 0, 0, 0};
+  block.place = {static_cast<float>(std::fmod(camera.eye.x, kNoisePeriodM)),
+                 static_cast<float>(std::fmod(camera.eye.y, kNoisePeriodM)), 0, 0};
   return block;
 }
+
+/// Keeps what is drawn to one side of a swipe line while it lives: a pixel whose middle is left of
+/// the line to the left side, any other to the right one.
+class SwipeScissor {
+ public:
+  SwipeScissor(const Swipe& swipe, int left, int width, int height) : is_used_(swipe.side != 0) {
+    if (!is_used_) return;
+    const int first = static_cast<int>(
+        std::clamp(std::ceil(swipe.column - 0.5), double(left), double(left) + width));
+    const bool is_left = swipe.side < 0;
+    glScissor(is_left ? left : first, 0, is_left ? first - left : left + width - first, height);
+    glEnable(GL_SCISSOR_TEST);
+  }
+  ~SwipeScissor() {
+    if (is_used_) glDisable(GL_SCISSOR_TEST);
+  }
+  SwipeScissor(const SwipeScissor&) = delete;
+  SwipeScissor& operator=(const SwipeScissor&) = delete;
+
+ private:
+  bool is_used_;
+};
 
 }  // namespace
 
@@ -183,8 +202,8 @@ struct TerrainRenderer::State {
   GLuint framebuffer = 0;
   int width = 0, height = 0, left = 0;
 
-  void set_frame(const Style& style, const Swipe& swipe) {
-    const FrameBlock block = frame_block(camera, width, height, style, swipe);
+  void set_frame(const Style& style) {
+    const FrameBlock block = frame_block(camera, width, height, style);
     glNamedBufferSubData(frame.id(), 0, sizeof block, &block);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, frame.id());
     if (const auto colours = ramp_of(style)) write_ramp(ramp, *colours);
@@ -321,7 +340,7 @@ void TerrainRenderer::begin(GLuint framebuffer, int width, int height, const Cam
   glClearDepth(0.0);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
   glDisable(GL_SCISSOR_TEST);
-  state_->set_frame(style, {});
+  state_->set_frame(style);
   if (style.shading == Shading::kOverdraw) {
     if (!state_->overdraw) state_->overdraw = std::make_unique<Overdraw>();
     state_->overdraw->begin(width, height);
@@ -334,7 +353,8 @@ void TerrainRenderer::set_drape(DrapeTexture* drape) { state_->drape = drape; }
 
 DrawCounts TerrainRenderer::draw(const DrawList& list, const GpuCells& cells, const Style& style,
                                  const Swipe& swipe) {
-  state_->set_frame(style, swipe);
+  const SwipeScissor scissor(swipe, state_->left, state_->width, state_->height);
+  state_->set_frame(style);
   DrawCounts counts = state_->prepare(list, cells, style.shading);
   if (style.shading == Shading::kOverdraw) {
     glUseProgram(state_->overdraw->program());

@@ -8,10 +8,8 @@ layout(std140, binding = 0) uniform Frame {
   vec4 haze_colour;       // w: metres over which haze thins to 1/e with height, 0: it does not
   vec4 eye_height;        // x: height of the eye; y, z: low and high of the ramp; w: opacity
   vec4 contours;          // x: metres between lines, 0: none; y: snow line; z: tree line
-  ivec4 shading;          // x: which; y: 1: swipe line in use;
-                          // z: 1: a legend explains the colours; w: unused
-  vec4 swipe;             // x: pixel column; y: -1 left of it is drawn, 1 right of it;
-                          // z, w: the eye in plan, modulo what floats hold well
+  ivec4 shading;          // x: which; y: 1: a legend explains the colours
+  vec4 place;             // x, y: the eye in plan, modulo what floats hold well
 } frame;
 
 // What air far away looks like in a direction (unit vector), sRGB.

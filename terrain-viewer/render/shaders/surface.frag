@@ -30,7 +30,7 @@ float noise(vec2 at) {
 }
 
 vec3 natural(vec3 n, float height) {
-  vec2 place = from_eye.xy + frame.swipe.zw;
+  vec2 place = from_eye.xy + frame.place.xy;
   float grain = 0.6 * noise(place / 37.0) + 0.3 * noise(place / 9.0) + 0.1 * noise(place / 2.3);
   float steep = 1.0 - n.z;
   vec3 rock = mix(vec3(0.43, 0.40, 0.37), vec3(0.55, 0.52, 0.48), grain);
@@ -107,7 +107,6 @@ vec3 tone(vec3 light) {
 }
 
 void main() {
-  if (frame.shading.y == 1 && (gl_FragCoord.x < frame.swipe.x) != (frame.swipe.y < 0.0)) discard;
   vec3 n = normalize(normal);
   // Seen from within the ground there is nothing to be seen but that it is the ground.
   bool from_below = !gl_FrontFacing;
@@ -125,7 +124,7 @@ void main() {
                  frame.sky_colour.w;
   vec3 light = ambient + frame.sun_colour.rgb * diffuse;
   float shade = legend_shade(n);
-  bool has_legend = frame.shading.z == 1 && !from_below;
+  bool has_legend = frame.shading.y == 1 && !from_below;
   vec3 lit = colour * (has_legend ? vec3(shade) : light);
   // A photograph has its own light and shade.
   bool is_photo = drape.what.x == 1;

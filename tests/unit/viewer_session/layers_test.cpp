@@ -169,13 +169,16 @@ TEST_F(Layered, APixelWhoseMiddleTheSwipeLineMeetsIsOfTheSecondPictureAlone) {
   const auto drawn = [&](const Split& split) { return desk.draw(above_plates(), split).pixels; };
   // Half transparent, what is drawn twice has a colour of its own.
   desk.session().looks()[0].opacity = desk.session().looks()[1].opacity = 0.5;
-  const auto first = drawn({Split::Kind::kSwipe, 1.0 * Desk::kWidth});
-  const auto second = drawn({Split::Kind::kSwipe, 0.0});
-  for (const double column : {0.5, 1.5, 79.5, 80.5, Desk::kWidth - 0.5}) {
-    const auto swiped = drawn({Split::Kind::kSwipe, column});
-    for (std::size_t i = 0; i < swiped.size(); ++i) {
-      const double middle = double(i % Desk::kWidth) + 0.5;
-      ASSERT_EQ(swiped[i], (middle < column ? first : second)[i]) << column << ' ' << middle;
+  for (const bool has_edges : {false, true}) {
+    desk.session().style().has_edges = has_edges;
+    const auto first = drawn({Split::Kind::kSwipe, 1.0 * Desk::kWidth});
+    const auto second = drawn({Split::Kind::kSwipe, 0.0});
+    for (const double column : {0.5, 1.5, 79.5, 80.5, Desk::kWidth - 0.5}) {
+      const auto swiped = drawn({Split::Kind::kSwipe, column});
+      for (std::size_t i = 0; i < swiped.size(); ++i) {
+        const double middle = double(i % Desk::kWidth) + 0.5;
+        ASSERT_EQ(swiped[i], (middle < column ? first : second)[i]) << column << ' ' << middle;
+      }
     }
   }
 }
