@@ -166,15 +166,20 @@ TEST_F(Layered, TheSwipeLineIsAtItsColumnInPicturesOfAnyWidth) {
 
 TEST_F(Layered, APixelWhoseMiddleTheSwipeLineMeetsIsOfTheSecondPictureAlone) {
   Desk desk({folder_ / "red.hlod", folder_ / "high.hlod"});
-  const auto drawn = [&](const Split& split) { return desk.draw(above_plates(), split).pixels; };
+  auto& looks = desk.session().looks();
   // Half transparent, what is drawn twice has a colour of its own.
-  desk.session().looks()[0].opacity = desk.session().looks()[1].opacity = 0.5;
+  looks[0].opacity = looks[1].opacity = 0.5;
+  const auto alone = [&](std::size_t layer) {
+    looks[1 - layer].is_visible = false;
+    auto pixels = desk.draw(above_plates(), {}).pixels;
+    looks[1 - layer].is_visible = true;
+    return pixels;
+  };
   for (const bool has_edges : {false, true}) {
     desk.session().style().has_edges = has_edges;
-    const auto first = drawn({Split::Kind::kSwipe, 1.0 * Desk::kWidth});
-    const auto second = drawn({Split::Kind::kSwipe, 0.0});
+    const auto first = alone(0), second = alone(1);
     for (const double column : {0.5, 1.5, 79.5, 80.5, Desk::kWidth - 0.5}) {
-      const auto swiped = drawn({Split::Kind::kSwipe, column});
+      const auto swiped = desk.draw(above_plates(), {Split::Kind::kSwipe, column}).pixels;
       for (std::size_t i = 0; i < swiped.size(); ++i) {
         const double middle = double(i % Desk::kWidth) + 0.5;
         ASSERT_EQ(swiped[i], (middle < column ? first : second)[i]) << column << ' ' << middle;
