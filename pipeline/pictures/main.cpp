@@ -90,6 +90,11 @@ Picture picture_of_points(const Arguments& arguments, const FlightLines& lines,
       add_las(arguments, lines, read_las_info(file), context, all, origin);
     }
   }
+  if (all.positions.empty()) {
+    throw InputError(arguments.files.front().string(), arguments.files.size() > 1
+                                                           ? "and the others hold no points to draw"
+                                                           : "holds no points to draw");
+  }
   return pictures::oblique_picture(all, arguments.view);
 }
 

@@ -3,10 +3,9 @@
 // normals.
 #include "pipeline/pictures/oblique.h"
 
+#include <cassert>
 #include <cmath>
 #include <limits>
-
-#include "core/base/error.h"
 
 namespace cornice::pictures {
 namespace {
@@ -149,7 +148,7 @@ Picture lit(const Buffer& buffer) {
 }  // namespace
 
 Picture oblique_picture(const ColouredPoints& points, const View& view) {
-  if (points.positions.empty()) throw UsageError("FILE", "no points to draw");
+  assert(!points.positions.empty());
   Buffer buffer = splat(points, view);
   for (int pass = 0; pass < kHolePasses; ++pass) close_holes(buffer);
   return reduced(lit(buffer));

@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // cornice-remesh: a dense mesh in, few well-shaped triangles within a distance of it out.
+#include <algorithm>
+#include <cmath>
+#include <string>
+
 #include "core/base/error.h"
 #include "core/cli/stage.h"
 #include "core/io/ply.h"
@@ -11,6 +15,20 @@ using namespace cornice;
 
 /// What the stage needs at its peak, per triangle of the input.
 constexpr std::uint64_t kBytesPerTriangle = 150;
+/// Metres from its origin that a tile may reach: what is further is no tile, and floats hold it to
+/// metres only.
+constexpr float kFarthestM = 1e7f;
+
+/// Throws where a vertex is not on any tile.
+void require_tile(const std::filesystem::path& file, const Mesh& mesh) {
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+    const Vec3f p = mesh.positions[i];
+    if (std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) > kFarthestM) {
+      throw InputError(file.string(), "has vertex " + std::to_string(i) +
+                                          " further than 10,000 km from its origin; leave it out");
+    }
+  }
+}
 
 void run(remesh::Command& command, StageContext& context) {
   Report& report = context.report;
@@ -26,6 +44,7 @@ void run(remesh::Command& command, StageContext& context) {
   if (mesh.triangles.empty() && !mesh.positions.empty())
     throw InputError(command.mesh.string(),
                      "holds points but no triangles; make a mesh of them with cornice-poisson");
+  require_tile(command.mesh, mesh);
   remesh::Result result;
   report.step("remesh", [&] { result = remesh::remesh(mesh, command.options, context.progress); });
   mesh = {};

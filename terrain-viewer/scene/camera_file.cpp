@@ -10,6 +10,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/base/input_file.h"
 
 namespace cornice::viewer {
 namespace {
@@ -18,6 +19,7 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 
 json read_document(const std::filesystem::path& path) {
+  check_input_file(path);
   std::ifstream in(path, std::ios::binary);
   if (!in) throw InputError(path.string(), "cannot be opened");
   try {

@@ -148,6 +148,11 @@ TEST_F(RemeshProgram, TellsOfBadInputInOneLineAndWritesNothing) {
   std::string wrong = whole;
   wrong.replace(wrong.size() - 4, 4, "\xff\xff\xff\x7f");
   expect_refused(wrong, 3, "");
+  Mesh far = read_ply_mesh(result());
+  far.positions[7].z = -3e38f;
+  const fs::path mesh = folder_->path() / "far.ply";
+  write_ply(mesh, far);
+  expect_refused(test::read_text(mesh), 3, "vertex 7 further than");
 }
 
 TEST_F(RemeshProgram, RefusesWrongUsage) {

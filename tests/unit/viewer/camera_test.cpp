@@ -167,6 +167,17 @@ TEST_F(CameraFiles, SayInOneLineWhichFieldIsWrongAndWhatItShouldBe) {
   EXPECT_NE(problem("[]", false).find("\"field_of_view_deg\""), std::string::npos);
 }
 
+TEST_F(CameraFiles, AreNoFolders) {
+  for (const bool is_path : {false, true}) {
+    try {
+      is_path ? void(read_camera_path(folder_.path())) : void(read_camera(folder_.path()));
+      FAIL() << "no error";
+    } catch (const InputError& error) {
+      EXPECT_EQ(error.what(), folder_.path().string() + ": is a folder, not a file");
+    }
+  }
+}
+
 TEST(CameraPath, OfOneKeyStaysThereAndOfTwoGoesStraight) {
   CameraPath path;
   path.keys.push_back({2.0, {{10.0, 20.0, 30.0}, 350.0, -10.0, 40.0}});
