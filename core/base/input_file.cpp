@@ -40,7 +40,7 @@ void check_input_file(const std::filesystem::path& path) {
   if (stat(name.c_str(), &facts) != 0) {
     throw InputError(name, reason(errno) + "; check the path");
   }
-  if (S_ISDIR(facts.st_mode)) throw InputError(name, "is a folder, not a file");
+  if (S_ISDIR(facts.st_mode)) throw InputError(name, "is a folder, not a file; give a file in it");
   if (!S_ISREG(facts.st_mode)) {
     throw InputError(name, "is no regular file; write what it gives to a file, and give that");
   }

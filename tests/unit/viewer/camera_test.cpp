@@ -173,7 +173,8 @@ TEST_F(CameraFiles, AreNoFolders) {
       is_path ? void(read_camera_path(folder_.path())) : void(read_camera(folder_.path()));
       FAIL() << "no error";
     } catch (const InputError& error) {
-      EXPECT_EQ(error.what(), folder_.path().string() + ": is a folder, not a file");
+      EXPECT_EQ(std::string(error.what()),
+                folder_.path().string() + ": is a folder, not a file; give a file in it");
     }
   }
 }
