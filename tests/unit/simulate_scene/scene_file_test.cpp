@@ -55,8 +55,8 @@ TEST_F(SceneFile, EverySampleSceneIsRead) {
 
 TEST_F(SceneFile, AnUnknownKeyIsNamedWithItsLineAndTheKnownKeys) {
   const std::string message = error_of(std::string(kSmallest) + "hils: {height_m: 3}\n");
-  EXPECT_THAT(message, AllOf(HasSubstr((folder_ / "scene.yaml").string()), HasSubstr("line 4"), HasSubstr("hils"),
-                             HasSubstr("hills")));
+  EXPECT_THAT(message, AllOf(HasSubstr((folder_ / "scene.yaml").string()), HasSubstr("line 4"),
+                             HasSubstr("hils"), HasSubstr("hills")));
 }
 
 TEST_F(SceneFile, AMissingKeyIsNamed) {
