@@ -233,12 +233,10 @@ std::optional<std::size_t> PlyElement::find(std::initializer_list<const char*> n
 
 PlyHeader read_ply_header(const fs::path& path) {
   check_input_file(path);
-  std::error_code error;
   std::ifstream stream(path, std::ios::binary);
   if (!stream) throw InputError(path.string(), "cannot be opened");
   PlyHeader header;
-  header.file_bytes = fs::file_size(path, error);
-  if (error) throw InputError(path.string(), error.message());
+  header.file_bytes = fs::file_size(path);
   if (header.file_bytes == 0) throw InputError(path.string(), "is empty");
   std::array<char, 3> magic{};
   stream.read(magic.data(), magic.size());

@@ -113,8 +113,9 @@ class WindowApp {
 
   /// Looks what has happened; where nothing is to be drawn, once something has or some time later.
   void take_news() {
-    if (is_hidden()) pacer_.hide();
-    if (pacer_.is_awake() && !is_hidden())
+    const bool hidden = is_hidden();
+    if (hidden) pacer_.hide();
+    if (pacer_.is_awake() && !hidden)
       glfwPollEvents();
     else
       glfwWaitEventsTimeout(

@@ -175,13 +175,6 @@ std::optional<GpuCells::Place> GpuCells::make_room(const PageSize& size, std::ui
   return std::nullopt;
 }
 
-bool GpuCells::put(CellId id, const PackedCell& cell, std::uint64_t frame,
-                   std::vector<CellId>& dropped, Growth growth) {
-  if (holds(id)) return true;
-  put_part(id, cell, cell.bytes(), frame, dropped, growth);
-  return holds(id);
-}
-
 std::uint64_t GpuCells::put_part(CellId id, const PackedCell& cell, std::uint64_t most_bytes,
                                  std::uint64_t frame, std::vector<CellId>& dropped, Growth growth) {
   std::uint32_t slot = slot_of(id);

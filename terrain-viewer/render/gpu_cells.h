@@ -51,17 +51,17 @@ class GpuCells {
   /// cell of a layer that is opened.
   void expect(std::uint64_t vertices, std::uint64_t indices);
 
-  bool holds(CellId id) const { return slot_of(id) != kNone && held_[slot_of(id)].is_whole(); }
+  bool holds(CellId id) const {
+    const std::uint32_t slot = slot_of(id);
+    return slot != kNone && held_[slot].is_whole();
+  }
   /// Empty where the cell is not there; counts as its use in frame `frame`, the first time there,
   /// also where it is not yet whole.
   std::optional<GpuCell> use(CellId id, std::uint64_t frame);
-  /// Puts a cell there; cells last used before frame `frame` make room and are appended to
-  /// `dropped`. False where that is not enough. Throws RunError where the GPU has no room at all.
-  bool put(CellId id, const PackedCell& cell, std::uint64_t frame, std::vector<CellId>& dropped,
-           Growth growth = Growth::kAtOnce);
-  /// The same with no more than so many bytes of the cell, after those that are there already. The
-  /// same cell is to be given until it is whole; until then it makes room as others do. Returns the
-  /// bytes: nothing where the cell is whole or there is no room.
+  /// Puts no more than so many bytes of a cell there, after those that are there already. Cells
+  /// last used before frame `frame` make room and are appended to `dropped`. The same cell is to be
+  /// given until it is whole; until then it makes room as others do. Returns the bytes: nothing
+  /// where the cell is whole or there is no room. Throws RunError where the GPU has no room at all.
   std::uint64_t put_part(CellId id, const PackedCell& cell, std::uint64_t most_bytes,
                          std::uint64_t frame, std::vector<CellId>& dropped, Growth growth);
 

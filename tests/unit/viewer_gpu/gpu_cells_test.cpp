@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "terrain-viewer/render/offscreen_context.h"
+#include "tests/unit/viewer_gpu/put_whole.h"
 
 namespace cornice::viewer {
 namespace {
@@ -35,7 +36,7 @@ class FourCells : public testing::Test {
   }
   bool put(std::uint32_t row, std::uint64_t frame) {
     dropped_.clear();
-    return cells_.put({0, row}, marked_cell(row), frame, dropped_);
+    return put_whole(cells_, {0, row}, marked_cell(row), frame, dropped_);
   }
   std::vector<std::uint32_t> dropped() const {
     std::vector<std::uint32_t> rows;
@@ -160,7 +161,7 @@ class Pages : public testing::Test {
     for (std::uint32_t cell = 0; cell < kCells; ++cell) cells_.expect(kStored, kIndices);
   }
   bool put(std::uint32_t row, std::uint64_t frame) {
-    return cells_.put({0, row}, marked_cell(row), frame, dropped_, Growth::kSoon);
+    return put_whole(cells_, {0, row}, marked_cell(row), frame, dropped_, Growth::kSoon);
   }
   /// Puts all that is not there in frame after frame until all are; returns the number of frames.
   std::uint64_t fly() {
@@ -202,7 +203,7 @@ TEST_F(Pages, AreMadeOneAFrameByTheThreadThatDraws) {
 
 TEST_F(Pages, AreAllMadeAtOnceForAPicture) {
   for (std::uint32_t row = 0; row < kCells; ++row)
-    ASSERT_TRUE(cells_.put({0, row}, marked_cell(row), 1, dropped_, Growth::kAtOnce));
+    ASSERT_TRUE(put_whole(cells_, {0, row}, marked_cell(row), 1, dropped_, Growth::kAtOnce));
   EXPECT_EQ(cells_.page_count(), 10u);
 }
 

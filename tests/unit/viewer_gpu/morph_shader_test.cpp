@@ -12,6 +12,7 @@
 #include "terrain-viewer/render/offscreen_context.h"
 #include "terrain-viewer/render/terrain_renderer.h"
 #include "terrain-viewer/stream/packed_cell.h"
+#include "tests/unit/viewer_gpu/put_whole.h"
 
 namespace cornice::viewer {
 namespace {
@@ -56,7 +57,7 @@ class ShaderPlaces {
     std::vector<CellId> dropped;
     const PackedCell packed = pack_cell(made.mesh, made.node, 0);
     cells.expect(packed.words.size() / kWordsPerVertex, packed.indices.size());
-    EXPECT_TRUE(cells.put({0, 0}, packed, 1, dropped));
+    EXPECT_TRUE(put_whole(cells, {0, 0}, packed, 1, dropped));
     DrawList with_cell = list;
     with_cell.items = {{0, *cells.use({0, 0}, 1)}};
     const GlBuffer places = make_buffer(kVertices * sizeof(Vec3f));

@@ -7,6 +7,7 @@
 #include "terrain-viewer/render/gl.h"
 #include "terrain-viewer/render/offscreen_context.h"
 #include "terrain-viewer/render/terrain_renderer.h"
+#include "tests/unit/viewer_gpu/put_whole.h"
 
 namespace cornice::viewer {
 namespace {
@@ -32,7 +33,7 @@ class Plates {
     const auto row = static_cast<std::uint32_t>(nodes_.size());
     nodes_.push_back(hlod::make_node(mesh, 0.0f, 0.0f));
     std::vector<CellId> dropped;
-    EXPECT_TRUE(cells_.put({0, row}, pack_cell(mesh, nodes_.back(), row), 1, dropped));
+    EXPECT_TRUE(put_whole(cells_, {0, row}, pack_cell(mesh, nodes_.back(), row), 1, dropped));
   }
   /// Drawn in this order.
   double overdraw(const std::vector<std::uint32_t>& rows) {
